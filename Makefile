@@ -1,0 +1,41 @@
+# Two commands do all the set-up: `make run` and `make test`.
+PYTHON ?= python3
+PY := .venv/bin/python
+
+.PHONY: run test test-all lint venv lock clean help
+.DEFAULT_GOAL := help
+
+help:  ## this list
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' Makefile
+
+venv: .venv/.ready  ## .venv with the pinned dependencies and the project
+
+# The stamp is written last, so an interrupted install is begun again.
+.venv/.ready: requirements-dev.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(0 if (3, 11) <= sys.version_info[:2] < (3, 14) else "oio needs Python 3.11 to 3.13, this is %d.%d: make PYTHON=python3.11 run" % sys.version_info[:2])'
+	$(PYTHON) -m venv .venv
+	$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
+	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+run: venv  ## one whole calibration and search in simulation
+	$(PY) -m oio.run sensor=ec dof=5
+
+lint: venv  ## style, types, import contracts
+	$(PY) -m ruff check .
+	$(PY) -m mypy
+	.venv/bin/lint-imports
+
+test: lint  ## lint, types, contracts and the tests
+	$(PY) -m pytest -n 2
+
+test-all: lint  ## the same with the slow tests
+	$(PY) -m pytest -n 2 -m ''
+
+lock: venv  ## make both lock files anew from pyproject.toml
+	$(PY) -m pip install --quiet uv
+	$(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --custom-compile-command "make lock" pyproject.toml -o requirements.lock
+	$(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --custom-compile-command "make lock" --extra dev pyproject.toml -o requirements-dev.lock
+
+clean:  ## remove the venv and the caches, keep outputs/
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis

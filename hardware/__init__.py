@@ -1,0 +1,1 @@
+"""Things: sensors, arms, air, recordings, and the backends that join them into a world."""

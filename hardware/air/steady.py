@@ -1,0 +1,51 @@
+"""Steady advection-diffusion from a point: C = q / (4 pi K r) exp(-(U r - U.(p - s)) / 2K). Analytic, for tests."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from oio.records import Array
+from oio.settings import in_range, settings
+
+
+@settings
+class Steady:
+    """Air without turbulence."""
+
+    name: str
+    diffusivity_m2_s: float  # K
+    wind_m_s: tuple[float, float, float]  # U
+
+    def check(self) -> None:
+        """Refuse a senseless diffusivity."""
+        in_range(self, diffusivity_m2_s=(1e-6, 10.0))
+
+    def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> "LiveSteady":
+        """Nothing is random here."""
+        return LiveSteady(self)
+
+
+@dataclass(slots=True)
+class LiveSteady:
+    """The field of one source."""
+
+    air: Steady
+    source_m: Array | None = None
+    emission_ml_s: float = 0.0
+
+    def present(self, source_m: Array | None, emission_ml_s: float) -> None:
+        """Replace the source; the field is there at once."""
+        self.source_m, self.emission_ml_s = source_m, emission_ml_s
+
+    def step(self, dt_s: float) -> None:
+        """Nothing moves."""
+
+    def ppm(self, p_m: Array) -> float:
+        """Concentration above background at (3,) m; finite at the source itself (radius 1 mm)."""
+        if self.source_m is None:
+            return 0.0
+        k, wind, away = self.air.diffusivity_m2_s, np.array(self.air.wind_m_s), p_m - self.source_m
+        r = max(float(np.linalg.norm(away)), 1e-3)
+        upwind = (float(np.linalg.norm(wind)) * r - float(wind @ away)) / (2 * k)
+        return self.emission_ml_s / (4 * math.pi * k * r) * math.exp(-max(upwind, 0.0))

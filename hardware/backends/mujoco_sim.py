@@ -1,0 +1,185 @@
+"""A simulated bench: MuJoCo moves the arm, puffs carry the gas, a specimen of the sensor smells it.
+
+Each control tick (20 ms, ten physics steps of 2 ms): servos get the set-point of the minimum-jerk move, seen through their drifting
+encoders; the arm moves; the air moves; the sensor is exposed; what is due is sampled.
+"""
+
+import contextlib
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from oio.arm import Arm, smooth
+from oio.errors import BadInput
+from oio.places import Source
+from oio.protocols import Air, Sensor
+from oio.records import Array, GasSample, JointState, Truth, WorldSample, nanoseconds, seconds
+from oio.seeds import Seeds
+from oio.settings import in_range, settings
+
+
+@settings
+class MujocoSim:
+    """Everything the simulated bench is made of; frozen, `open()` makes it live."""
+
+    arm: Arm
+    sensor: Sensor
+    air: Air
+    beacon: Source
+    source: Source
+    background_ppm: float
+    emission_ml_s: float
+    joint_period_s: float  # joints are logged this often
+    air_every: int  # the air moves once in so many control ticks
+    truth_every: int  # the truth is logged once in so many control ticks
+    encoder_counts: int
+    seeds: Seeds
+
+    def check(self) -> None:
+        """Refuse periods that the physics cannot honour."""
+        in_range(self, joint_period_s=(0.002, 1.0), air_every=(1, 100), truth_every=(1, 1000), encoder_counts=(16, 1 << 24))
+        in_range(self, emission_ml_s=(0, 1e4), background_ppm=(0, 1e6))
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator["Bench"]:
+        """Load the physics, place the sources, switch the sensor on."""
+        yield Bench(self)
+
+    def model(self) -> tuple[mujoco.MjModel, str]:
+        """The MJCF compiled with a free-play joint beside every unlocked one, and its XML for the log."""
+        spec = mujoco.MjSpec.from_file(str(self.arm.path))
+        half = math.radians(self.arm.backlash_deg) / 2
+        for body in spec.bodies:
+            for joint in list(body.joints):
+                if half > 0 and joint.name in self.arm.names and joint.type == mujoco.mjtJoint.mjJNT_HINGE:
+                    body.add_joint(
+                        name=f"{joint.name}_play", axis=joint.axis, range=[-half, half], limited=True,
+                        damping=[0.01, 0, 0], armature=0.002, frictionloss=0.0,
+                    )  # fmt: skip
+        return spec.compile(), spec.to_xml()
+
+
+class Bench:
+    """The live simulation. Time is counted in control ticks, so it never drifts."""
+
+    def __init__(self, sim: MujocoSim) -> None:
+        self._sim, self._ticks = sim, 0
+        self._model, self.mjcf = sim.model()
+        self._data = mujoco.MjData(self._model)
+        self._substeps = round(sim.joint_period_s / self._model.opt.timestep)
+        if not math.isclose(self._substeps * self._model.opt.timestep, sim.joint_period_s):
+            raise BadInput(
+                f"backend.joint_period_s is {sim.joint_period_s}, but it must be a multiple of the MJCF's {self._model.opt.timestep} s."
+            )
+        truth, n = sim.seeds, sim.arm.dof
+        accel = math.radians(sim.arm.encoder_drift_deg_s2) * truth.rng("truth", "drift").uniform(-1, 1, n)
+        homing = math.radians(sim.arm.homing_offset_deg) * truth.rng("truth", "homing").standard_normal(n)
+        self._encoders = _Encoders(accel, homing, 2 * math.pi / sim.encoder_counts, sim.joint_period_s)
+        self._specimen = sim.sensor.unit(truth.rng("truth", "specimen"), truth.rng("measurement", "sensor"))
+        self._air = sim.air.open(truth.rng("truth", "air"), truth.rng("disturbance", "air"))
+        self._places = {
+            "none": None,
+            "beacon": sim.beacon.placed("beacon", sim.arm, truth.rng("truth", "beacon")),
+            "source": sim.source.placed("source", sim.arm, truth.rng("truth", "source")),
+        }
+        self._strengths = {
+            "none": 0.0,
+            "beacon": sim.beacon.strength_drawn(truth.rng("truth", "beacon strength")),
+            "source": sim.source.strength_drawn(truth.rng("truth", "source strength")),
+        }
+        self._open: str = "none"
+        self._from = self._goal = sim.arm.home
+        self._began_s, self._over_s = 0.0, 0.1
+        self._gas_due_ns, self._element, self._ppm = nanoseconds(sim.sensor.sample_s), 0, sim.background_ppm
+        self._joints = [self._model.joint(name).qposadr[0] for name in sim.arm.names]
+        self._actuators = [self._model.actuator(name).id for name in sim.arm.all_names]
+        self._stand_still()
+
+    def _stand_still(self) -> None:
+        for i, name in enumerate(self._sim.arm.all_names):
+            self._data.joint(name).qpos = self._sim.arm.home_rad[i]
+            self._data.ctrl[self._actuators[i]] = self._sim.arm.home_rad[i]
+        mujoco.mj_step(self._model, self._data, nstep=500)  # one second to sag into the servos and the free play
+        self._data.time = 0.0
+
+    @property
+    def t_ns(self) -> int:
+        """Nanoseconds since the world opened."""
+        return self._ticks * nanoseconds(self._sim.joint_period_s)
+
+    def move(self, q_rad: Array, over_s: float) -> None:
+        """Begin a minimum-jerk move from where the set-point is now."""
+        self._from, self._goal = self._set_point(), q_rad
+        self._began_s, self._over_s = seconds(self.t_ns), over_s
+
+    def present(self, source: str) -> None:
+        """Swap the source; the air of the old one is gone, the new plume stands."""
+        if source not in self._places:
+            raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(self._places)}.")
+        self._open = source
+        self._air.present(self._places[source], self._strengths[source] * self._sim.emission_ml_s)
+
+    def samples(self, for_s: float) -> Iterator[WorldSample]:
+        """Run for `for_s`, rounded to whole control ticks."""
+        until_ns = self.t_ns + nanoseconds(for_s)
+        while self.t_ns + nanoseconds(self._sim.joint_period_s) <= until_ns:
+            yield from self._tick()
+
+    def _set_point(self) -> Array:
+        return self._from + smooth((seconds(self.t_ns) - self._began_s) / self._over_s) * (self._goal - self._from)
+
+    def _tick(self) -> Iterator[WorldSample]:
+        sim, t_s = self._sim, seconds(self.t_ns)
+        self._data.ctrl[self._actuators[: sim.arm.dof]] = self._set_point() - self._encoders.offset(t_s)
+        mujoco.mj_step(self._model, self._data, nstep=self._substeps)
+        self._ticks += 1
+        yield self._encoders.read(self.t_ns, self._data.qpos[self._joints])
+        if self._ticks % sim.air_every == 0:
+            self._breathe(sim.air_every * sim.joint_period_s)
+        due = self.t_ns >= self._gas_due_ns
+        if due or self._ticks % sim.truth_every == 0:
+            yield self._truth()
+        if due:
+            yield self._sniff()
+
+    def _breathe(self, dt_s: float) -> None:
+        self._air.step(dt_s)
+        self._ppm = self._sim.background_ppm + self._air.ppm(self._nose())
+        self._specimen.step(self._ppm, dt_s)
+
+    def _sniff(self) -> GasSample:
+        sample = GasSample(self.t_ns, self._element, self._specimen.sample(self._element))
+        self._gas_due_ns += nanoseconds(self._sim.sensor.sample_s)
+        self._element = (self._element + 1) % self._sim.sensor.elements
+        return sample
+
+    def _nose(self) -> Array:
+        return np.array(self._data.site("nose").xpos)
+
+    def _truth(self) -> Truth:
+        place = self._places[self._open]
+        source = np.full(3, np.nan) if place is None else place
+        return Truth(self.t_ns, self._data.qpos[self._joints], self._nose(), source, self._ppm)
+
+
+class _Encoders:
+    """Counts with a drift 1/2 a t^2 and a homing offset; velocity and acceleration are differences of counts, as a bus gives them."""
+
+    def __init__(self, accel: Array, homing: Array, step_rad: float, period_s: float) -> None:
+        self._accel, self._homing, self._step, self._period = accel, homing, step_rad, period_s
+        self._q: Array | None = None
+        self._dq = np.zeros_like(accel)
+
+    def offset(self, t_s: float) -> Array:
+        """What the encoders add to the joint angle at t_s (n,) rad."""
+        return self._homing + 0.5 * self._accel * t_s * t_s
+
+    def read(self, t_ns: int, q_true: Array) -> JointState:
+        """Quantised angle and its differences."""
+        q = np.round((q_true + self.offset(seconds(t_ns))) / self._step) * self._step
+        dq = (q - self._q) / self._period if self._q is not None else np.zeros_like(q)
+        ddq = (dq - self._dq) / self._period if self._q is not None else np.zeros_like(q)
+        self._q, self._dq = q, dq
+        return JointState(t_ns, q, dq, ddq)

@@ -1,0 +1,1 @@
+"""Real recordings: one loader per format. All are read alike, and what cannot be used is counted, never guessed."""

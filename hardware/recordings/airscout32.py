@@ -1,0 +1,41 @@
+"""AirScout32 (github.com/callmewire/AirScout32): SCD40 and MiCS-5524 side by side in one room, a row about every 11 s."""
+
+from collections.abc import Mapping
+
+from hardware.recordings.files import read_recording
+from hardware.recordings.recorded import Part, Recorded
+from hardware.recordings.table import Form, read_table
+from oio.settings import settings
+
+
+@settings
+class AirScout32:
+    """One session. Its place and its sources are unknown.
+
+    Gas1 is CO2 in ppm. Gas2 is a MiCS index relative to its own baseline, in no unit: it is played as if it were ppm,
+    so its drift and its noise are real, and its level means nothing.
+    """
+
+    name: str
+    file: str  # below OIO_DATA
+    origin: str  # where the file can be had
+    columns: tuple[str, ...]  # one per element of the alternating pair
+    saturated_ppm: float
+
+    def load(self) -> Recorded:
+        """Read the file; raises BadInput if it is missing or cannot be used."""
+        return self.parse(read_recording(self.file, self.origin))
+
+    def parse(self, data: bytes) -> Recorded:
+        """The usable rows of a file's bytes; raises BadInput if there are none."""
+        form = Form("utf-8-sig", ",", "Timestamp", _milliseconds, self.columns, self.saturated_ppm)
+        table = read_table(data, form, self.file)
+        return Recorded(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
+
+    def parts(self) -> Mapping[str, Part]:
+        """The whole session plays while nothing is presented."""
+        return {"none": Part(self.load())}
+
+
+def _milliseconds(cell: str) -> float:
+    return float(cell) / 1000.0

@@ -1,0 +1,39 @@
+"""Four SCD30 (NDIR) units in one room (github.com/AminDar/CO2-Sensors): polled every 1 s, later 9 s; each updates every 2.06 s."""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+
+from hardware.recordings.files import read_recording
+from hardware.recordings.recorded import Part, Recorded
+from hardware.recordings.table import Form, read_table
+from oio.settings import settings
+
+
+@settings
+class Co2Scd30x4:
+    """One session. Lines end in CR alone; where the four units hung is not stated, so no place is known."""
+
+    name: str
+    file: str  # below OIO_DATA
+    origin: str  # where the file can be had
+    columns: tuple[str, ...]  # the units that make the alternating pair
+    saturated_ppm: float
+
+    def load(self) -> Recorded:
+        """Read the file; raises BadInput if it is missing or cannot be used."""
+        return self.parse(read_recording(self.file, self.origin))
+
+    def parse(self, data: bytes) -> Recorded:
+        """The usable rows of a file's bytes; raises BadInput if there are none."""
+        columns = tuple(f"Concentration [ppm] at {unit}" for unit in self.columns)
+        table = read_table(data, Form("utf-8-sig", ";", "Time", _clock, columns, self.saturated_ppm), self.file)
+        return Recorded(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
+
+    def parts(self) -> Mapping[str, Part]:
+        """The whole session plays while nothing is presented."""
+        return {"none": Part(self.load())}
+
+
+def _clock(cell: str) -> float:
+    # the stamps name no zone; taken as UTC they cannot jump with this machine's summer time
+    return datetime.fromisoformat(cell).replace(tzinfo=UTC).timestamp()

@@ -1,0 +1,42 @@
+"""Amperometric cell behind a potentiostat (LMP91000): V = V_zero + I R_TIA, I = S C; ppm = (V - V_zero) / (R_TIA S)."""
+
+import math
+
+from hardware.sensors.nose import Nose
+from oio.settings import settings
+
+
+@settings
+class Electrochemical(Nose):
+    """A cell of known sensitivity on a transimpedance amplifier and an ADC; the raw value is counts."""
+
+    sensitivity_na_ppm: float  # S [nA/ppm]
+    r_tia_ohm: float  # feedback resistor of the transimpedance amplifier
+    v_ref: float  # reference voltage = full scale of the ADC [V]
+    v_zero_fraction: float  # internal zero as a fraction of v_ref: 0.2, 0.5 or 0.67
+    adc_bits: int
+
+    @property
+    def counts_per_ppm(self) -> float:
+        """Slope of the law [counts/ppm]."""
+        return self.sensitivity_na_ppm * 1e-9 * self.r_tia_ohm / self.v_ref * self._full
+
+    @property
+    def _full(self) -> int:
+        return (1 << self.adc_bits) - 1
+
+    def raw(self, ppm: float) -> float:
+        """ppm to counts."""
+        return self.v_zero_fraction * self._full + self.counts_per_ppm * ppm
+
+    def ppm_from_raw(self, raw: float) -> float:
+        """Counts to ppm; negative where the zero current is negative."""
+        return (raw - self.v_zero_fraction * self._full) / self.counts_per_ppm
+
+    def sigma_ppm(self, ppm: float) -> float:
+        """Noise of the cell and quantisation of the ADC (LSB^2 / 12)."""
+        return math.sqrt(self.spread.noise**2 + 1.0 / (12.0 * self.counts_per_ppm**2))
+
+    def electronics(self, ppm: float, gain: float, signal: float) -> float:
+        """Counts, clipped to the range of the ADC."""
+        return float(min(max(round(self.raw(gain * ppm + signal)), 0), self._full))

@@ -1,0 +1,162 @@
+"""Joint names, the DoF ladder, nose position and Jacobian, limits: read from the MJCF, for real and simulated arms alike."""
+
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from oio.errors import BadInput
+from oio.kinematics import nose_and_jacobian
+from oio.mjcf import Chain, read_chain
+from oio.records import Array
+from oio.settings import settings
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@settings
+class Arm:
+    """An arm: which MJCF, how its degrees of freedom are unlocked, where it rests, and how fast it may go.
+
+    Joints beyond `dof` are locked (braked) at `home_rad`; every vector of joints in OIO has the `dof` unlocked ones only.
+    """
+
+    name: str
+    mjcf: str  # path of the MJCF, relative to the folder that holds `oio/`
+    dof: int  # how many joints move, a rung of the ladder
+    ladder: tuple[int, ...]  # rungs in the order of calibration
+    home_rad: tuple[float, ...]  # rest pose, all joints
+    box_low_m: tuple[float, float, float]  # the nose stays in this box (table, base, person) in the base frame
+    box_high_m: tuple[float, float, float]
+    joint_speed: float  # rad/s (m/s for slides)
+    nose_speed_m_s: float  # m/s
+    encoder_drift_deg_s2: float  # bound on the encoders' quadratic drift
+    homing_offset_deg: float  # standard deviation of the homing offset
+    backlash_deg: float  # free play, peak to peak
+
+    def check(self) -> None:
+        """Refuse a DoF off the ladder, a home of the wrong length or out of limits, and senseless speeds."""
+        if self.dof not in self.ladder:
+            rungs = ", ".join(map(str, self.ladder))
+            raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.ladder[-1]}.")
+        if len(self.home_rad) != len(self.all_names):
+            raise BadInput(f"arm.home_rad has {len(self.home_rad)} values, but {self.mjcf} has {len(self.all_names)} joints.")
+        low, high = self._chain.low, self._chain.high
+        home = np.array(self.home_rad)
+        if np.any(home < low) or np.any(home > high):
+            raise BadInput(f"arm.home_rad is {list(self.home_rad)}, but the limits are {low.tolist()} to {high.tolist()} rad.")
+        for key in ("joint_speed", "nose_speed_m_s"):
+            if not getattr(self, key) > 0:
+                raise BadInput(f"arm.{key} is {getattr(self, key)}, but it must be greater than 0.")
+        for key in ("encoder_drift_deg_s2", "homing_offset_deg", "backlash_deg"):
+            if getattr(self, key) < 0:
+                raise BadInput(f"arm.{key} is {getattr(self, key)}, but it must be 0 or more.")
+
+    @property
+    def path(self) -> Path:
+        """The MJCF file; raises BadInput if it is missing."""
+        path = Path(self.mjcf) if Path(self.mjcf).is_absolute() else ROOT / self.mjcf
+        if not path.is_file():
+            raise BadInput(f"arm.mjcf is {self.mjcf}, but there is no such file. Give the path of an MJCF with a site named 'nose'.")
+        return path
+
+    @cached_property
+    def _chain(self) -> Chain:
+        return read_chain(self.path)
+
+    @cached_property
+    def all_names(self) -> tuple[str, ...]:
+        """Names of all joints, base to nose."""
+        return self._chain.names
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unlocked joints."""
+        return self.all_names[: self.dof]
+
+    @property
+    def low_rad(self) -> Array:
+        """Lower limits of the unlocked joints (n,)."""
+        return self._chain.low[: self.dof]
+
+    @property
+    def high_rad(self) -> Array:
+        """Upper limits of the unlocked joints (n,)."""
+        return self._chain.high[: self.dof]
+
+    @property
+    def home(self) -> Array:
+        """The rest pose of the unlocked joints (n,) rad."""
+        return np.array(self.home_rad[: self.dof])
+
+    def nose(self, q_rad: Array) -> Array:
+        """Nose position p_base_nose (..., 3) m from unlocked joints q_rad (..., n)."""
+        return self.nose_jacobian(q_rad)[0]
+
+    def nose_jacobian(self, q_rad: Array) -> tuple[Array, Array]:
+        """p_base_nose (..., 3) m and its Jacobian dp/dq (..., 3, n) m/rad for unlocked joints q_rad (..., n)."""
+        q = np.ascontiguousarray(q_rad, dtype=np.float64)
+        if q.shape[-1] != self.dof:
+            raise ValueError(f"expected {self.dof} joint values, got {q.shape[-1]}")
+        c = self._chain
+        p, jacobian = nose_and_jacobian(q.reshape(-1, self.dof), c.poses, c.axes, c.kinds, self._locked, c.nose_offset)
+        return p.reshape(*q.shape[:-1], 3), jacobian.reshape(*q.shape[:-1], 3, self.dof)
+
+    @cached_property
+    def _locked(self) -> Array:
+        return np.array(self.home_rad)
+
+    def inside(self, q_rad: Array) -> bool:
+        """Whether the joints are within limits and the nose within its box."""
+        low, high = self.low_rad, self.high_rad
+        if np.any(q_rad < low) or np.any(q_rad > high):
+            return False
+        p = self.nose(q_rad)
+        return bool(np.all(p >= self.box_low_m) and np.all(p <= self.box_high_m))
+
+    def checked(self, q_rad: Array) -> Array:
+        """The command itself, if it may be sent: right length, finite, within limits and box; else BadInput says what is wrong."""
+        q = np.asarray(q_rad, dtype=float)
+        if q.shape != (self.dof,):
+            raise BadInput(f"a move of {q.shape} joint values was asked for, but dof={self.dof} takes ({self.dof},).")
+        if not np.all(np.isfinite(q)):
+            raise BadInput(f"a move to {q.tolist()} was asked for, but every joint needs a finite number.")
+        if not self.inside(q):
+            p = self.nose(q)
+            raise BadInput(
+                f"a move to {np.round(q, 4).tolist()} rad (nose at {np.round(p, 3).tolist()} m) was asked for, but joints may go "
+                f"from {self.low_rad.tolist()} to {self.high_rad.tolist()} rad and the nose from {self.box_low_m} to {self.box_high_m} m."
+            )
+        return q
+
+    def duration_s(self, q_from: Array, q_to: Array) -> float:
+        """Seconds for a smooth move: the peak of a minimum-jerk profile is 1.875 times its mean speed (Flash & Hogan 1985)."""
+        joints = np.max(np.abs(q_to - q_from)) / self.joint_speed
+        nose = np.linalg.norm(self.nose(q_to) - self.nose(q_from)) / self.nose_speed_m_s
+        return float(1.875 * max(joints, nose))
+
+    def reach(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> Array | None:
+        """Joints (n,) that bring the nose within tolerance_m of p_m (3,), by damped least squares from q_from; None if it cannot."""
+        q = np.array(q_from, dtype=float)
+        for _ in range(60):
+            p, jacobian = self.nose_jacobian(q)
+            miss = p_m - p
+            if np.linalg.norm(miss) < tolerance_m:
+                return q if self.inside(q) else None
+            step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 1e-4 * np.eye(3), miss)
+            q = np.clip(q + np.clip(step, -0.3, 0.3), self.low_rad, self.high_rad)
+        return None
+
+    def random_pose(self, rng: np.random.Generator) -> Array:
+        """A uniformly drawn pose (n,) inside limits and box; raises BadInput if the box leaves no room."""
+        for _ in range(10_000):
+            q = rng.uniform(self.low_rad, self.high_rad)
+            if self.inside(q):
+                return q
+        raise BadInput(f"no pose of arm '{self.name}' with dof={self.dof} keeps the nose inside arm.box_low_m to arm.box_high_m; widen it.")
+
+
+def smooth(fraction: float) -> float:
+    """Minimum-jerk profile 10 x^3 - 15 x^4 + 6 x^5 on [0, 1] (Flash & Hogan 1985)."""
+    x = min(max(fraction, 0.0), 1.0)
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))

@@ -1,0 +1,41 @@
+"""The fit on a source whose place is known: range law, wind, gains, lag, offsets, encoder drift, and how the gas fluctuates."""
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.batch import Fit, Fluctuation, Problem, fluctuation, solve
+from oio.knowledge import Nominal, prior
+from oio.ranging import RangeLaw
+from oio.records import Array
+from oio.trace import Sniffs
+
+WINDS = 6  # directions of wind tried besides none: the likelihood of the wind has several hills
+
+
+def beacon_problem(
+    sniffs: Sniffs, arm: Arm, law: RangeLaw, nominal: Nominal, offsets: tuple[Array, Array], place: tuple[Array, float]
+) -> Problem:
+    """The fit with the source at place (3,) m, known to a standard uncertainty [m] per axis, and offsets (E,) ppm with theirs."""
+    mean, cov = prior(arm, law, nominal, *offsets)
+    mean[:3] = place[0]
+    cov[range(3), range(3)] = place[1] ** 2
+    mean[3] = np.log(max(float(np.max(sniffs.ppm - offsets[0][sniffs.element])), nominal.sigma_ppm))
+    return Problem(sniffs, arm, law, nominal.elements, nominal.rise_s, nominal.fall_s, mean, cov)
+
+
+def fit_beacon(problem: Problem, noise_scale: float) -> Fit:
+    """Best of still air and WINDS winds by likelihood; then fluctuation and answer in turn."""
+    guess = Fluctuation(noise_scale, problem.law.gamma, problem.law.eddy_s)
+    fit = min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
+    for _ in range(2):
+        fit = solve(problem, fit.mean, fluctuation(problem, fit.mean, noise_scale))
+    return fit
+
+
+def _winds(problem: Problem) -> list[Array]:
+    starts = [problem.mean]
+    for angle in 2 * np.pi * np.arange(WINDS) / WINDS:
+        start = np.array(problem.mean)
+        start[5:7] = 1.3 * problem.law.wind_per_m_u * np.array([np.cos(angle), np.sin(angle)])
+        starts.append(start)
+    return starts

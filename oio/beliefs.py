@@ -1,0 +1,92 @@
+"""The belief map: where the source may be, given a trace of readings. All distinct minima of the fit stay as hypotheses."""
+
+import numpy as np
+from scipy.stats import qmc
+
+from oio.arm import Arm
+from oio.batch import Fit, Problem, solve
+from oio.knowledge import Knowledge, around
+from oio.ranging import RangeLaw, Rssi
+from oio.records import Array
+from oio.settings import in_range, settings
+from oio.trace import Sniffs, Trace
+
+
+@settings
+class BeliefMap:
+    """How the map is made: coarse places first, then a few fits."""
+
+    path_period_s: float
+    limit: int
+    coarse: int
+    starts: int
+    apart_m: float
+    keep_chi2: float
+
+    def check(self) -> None:
+        """Refuse senseless counts."""
+        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), coarse=(4, 10**5), starts=(1, 100))
+        in_range(self, apart_m=(1e-4, 100), keep_chi2=(0, 1e6))
+
+    def trace(self) -> Trace:
+        """An empty trace."""
+        return Trace(self.path_period_s, self.limit)
+
+    def locate(self, sniffs: Sniffs, known: Knowledge) -> tuple[Fit, ...]:
+        """Hypotheses for the source, best first, each with its covariance; at least one."""
+        problem, noise = problem_of(sniffs, known), known.model.fluctuation
+        fits = sorted((solve(problem, start, noise) for start in self._starts(problem, known)), key=lambda fit: fit.chi2)
+        kept: list[Fit] = []
+        for fit in fits:
+            distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.apart_m / 2 for other in kept)
+            if distinct and fit.chi2 <= fits[0].chi2 + self.keep_chi2:
+                kept.append(fit)
+        return tuple(kept)
+
+    def _starts(self, problem: Problem, known: Knowledge) -> list[Array]:
+        """The best coarse places that lie apart; the strength of each by weighted least squares, where the reading is linear in it."""
+        arm, weigh = known.model.arm, known.model.fluctuation
+        places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
+        tried = sorted((_with_strength(problem, place, weigh.gamma) for place in places), key=lambda pair: pair[0])
+        starts: list[Array] = []
+        for _, theta in tried:
+            if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
+                starts.append(theta)
+            if len(starts) == self.starts:
+                break
+        return starts
+
+
+def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
+    """The fit of an unknown source; ln strength is anything about that of the largest reading at r_ref."""
+    m, lay = known.model, known.layout
+    above = (sniffs.ppm - known.mean[lay.baseline][sniffs.element]) / np.exp(known.mean[lay.gain])[sniffs.element]
+    ln_strength = float(np.log(max(np.max(above), m.sigma_ppm)))
+    mean, cov = around(known.mean, known.cov, m.arm, m.law, ln_strength)
+    factor = float(np.exp(known.mean[lay.tau]))
+    return Problem(sniffs, m.arm, m.law, m.elements, m.rise_s / factor, m.fall_s / factor, mean, cov)
+
+
+def _with_strength(problem: Problem, place: Array, gamma: float) -> tuple[float, Array]:
+    theta = np.array(problem.mean)
+    theta[:3] = place
+    h, sn = problem.predict(theta).ppm, problem.sniffs
+    z = problem.residual(theta, np.zeros_like(h))
+    weight = 1.0 / (sn.sigma_ppm**2 + (gamma * z) ** 2)
+    factor = max(float(weight @ (h * z)) / max(float(weight @ (h * h)), 1e-300), 1e-6)
+    theta[3] += np.log(factor)
+    return float(weight @ (z - factor * h) ** 2), theta
+
+
+def spheres_of(sniffs: Sniffs, law_fit: Fit, arm: Arm, law: RangeLaw, measurements: int) -> tuple[Array, Array]:
+    """Spheres of the paper: nose places (k, 3) m and ranges (k,) m of `measurements` equal parts of the readings.
+
+    The last third of each part, when the lag has passed, becomes an RSSI, the RSSI a range by the law of `law_fit`.
+    """
+    lay, theta = law_fit.layout, law_fit.mean
+    rssi = Rssi(1.0, law.r_ref_m, 10.0 * float(theta[lay.strength]) / np.log(10.0), float(theta[lay.exponent]))
+    c = (sniffs.ppm - theta[lay.baseline][sniffs.element]) / np.exp(theta[lay.gain])[sniffs.element]
+    ends = [part[-max(len(part) // 3, 1) :] for part in np.array_split(np.arange(len(c)), measurements) if len(part)]
+    p = arm.nose(sniffs.q - theta[lay.offset] - 0.5 * sniffs.t_s[:, None] ** 2 * theta[lay.drift])
+    levels = np.array([np.mean(c[end]) for end in ends])
+    return np.array([p[sniffs.at[end[-1]]] for end in ends]), rssi.range_m(rssi.of(levels))

@@ -1,0 +1,1 @@
+"""Filters, one per file: immutable, belief in, belief out."""

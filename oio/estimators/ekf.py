@@ -1,0 +1,26 @@
+"""The extended Kalman filter with lag, drift and fluctuation in its state; update in Joseph form (Bucy & Joseph 1968)."""
+
+from oio.estimators.joseph import condition
+from oio.model import Model
+from oio.records import Belief, GasReading, Innovation, JointState, seconds
+from oio.settings import in_range, settings
+
+
+@settings
+class Ekf:
+    """predict: x = f(x), P = F P F' + Q; update: Joseph form."""
+
+    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
+
+    def check(self) -> None:
+        """Refuse a gate that lets nothing pass."""
+        in_range(self, gate_nis=(1.0, 1e9))
+
+    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+        """Propagate to the time of `joints`."""
+        mean, jacobian, q = model.transition(belief.mean, seconds(joints.t_ns - belief.t_ns), joints)
+        return Belief(joints.t_ns, mean, jacobian @ belief.cov @ jacobian.T + q)
+
+    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+        """Condition on one reading taken now."""
+        return condition(model, belief, reading, self.gate_nis)

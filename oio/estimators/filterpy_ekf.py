@@ -1,0 +1,46 @@
+"""filterpy's own ExtendedKalmanFilter on the same model: the reference that ours must agree with."""
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter
+
+from oio.model import Model
+from oio.records import Belief, GasReading, Innovation, JointState, seconds
+from oio.settings import in_range, settings
+
+
+@settings
+class FilterpyEkf:
+    """Wraps filterpy 2.0: belief in, belief out."""
+
+    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
+
+    def check(self) -> None:
+        """Refuse a gate that lets nothing pass."""
+        in_range(self, gate_nis=(1.0, 1e9))
+
+    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+        """Propagate to the time of `joints`; the mean goes through the full transition, as filterpy's `predict_x` is meant to be used."""
+        mean, jacobian, q = model.transition(belief.mean, seconds(joints.t_ns - belief.t_ns), joints)
+        ekf = _loaded(belief)
+        ekf.F, ekf.Q = jacobian, q
+        ekf.predict()
+        return Belief(joints.t_ns, mean, ekf.P)
+
+    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+        """Condition on one reading taken now."""
+        expected, row, r = model.measurement(belief.mean, reading)
+        s = float(row @ belief.cov @ row) + r
+        residual = reading.ppm - expected
+        gated = residual * residual > self.gate_nis * s
+        innovation = Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
+        if gated:
+            return belief, innovation
+        ekf = _loaded(belief)
+        ekf.update(np.array([reading.ppm]), lambda _: row[None, :], lambda _: np.array([expected]), R=np.array([[r]]))
+        return Belief(reading.t_ns, ekf.x, 0.5 * (ekf.P + ekf.P.T)), innovation
+
+
+def _loaded(belief: Belief) -> ExtendedKalmanFilter:
+    ekf = ExtendedKalmanFilter(dim_x=len(belief.mean), dim_z=1)
+    ekf.x, ekf.P = np.array(belief.mean), np.array(belief.cov)
+    return ekf

@@ -1,0 +1,20 @@
+"""The log of a run: one MCAP file (Protobuf, Foxglove schemas where one fits). Nothing else in OIO knows the format."""
+
+from oio.log.read import read_attachment, read_beliefs, read_end, read_innovations, read_metadata, read_samples
+from oio.log.salvage import recover, salvage
+from oio.log.survey import Salvage
+from oio.log.write import RunLog, Watcher
+
+__all__ = [
+    "RunLog",
+    "Salvage",
+    "Watcher",
+    "read_attachment",
+    "read_beliefs",
+    "read_end",
+    "read_innovations",
+    "read_metadata",
+    "read_samples",
+    "recover",
+    "salvage",
+]

@@ -1,0 +1,60 @@
+"""Messages back to records, by the name of their schema; every float keeps its bits."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+
+from oio.log import schemas
+from oio.records import Array, Belief, Event, GasSample, Innovation, JointState, Truth, WorldSample
+
+
+def _joint_state(t_ns: int, data: bytes) -> JointState:
+    joints = JointStates.FromString(data).joints
+    rows = np.array([(j.position, j.velocity, j.acceleration) for j in joints], dtype=np.float64).reshape(-1, 3)
+    return JointState(t_ns, *rows.T)
+
+
+def _gas_sample(t_ns: int, data: bytes) -> GasSample:
+    message = schemas.GasSample.FromString(data)
+    return GasSample(t_ns, message.element, message.raw)
+
+
+def _truth(t_ns: int, data: bytes) -> Truth:
+    message = schemas.TruthState.FromString(data)
+    return Truth(t_ns, np.array(message.q), np.array(message.nose_m), np.array(message.source_m), message.ppm)
+
+
+def _event(t_ns: int, data: bytes) -> Event:
+    message = schemas.Event.FromString(data)
+    return Event(t_ns, message.kind, message.text)
+
+
+# A message's log time is the time of its record, so the stamp inside need not be read again.
+SAMPLES: dict[str, Callable[[int, bytes], WorldSample]] = {
+    "foxglove.JointStates": _joint_state,
+    "oio.v1.GasSample": _gas_sample,
+    "oio.v1.TruthState": _truth,
+    "oio.v1.Event": _event,
+}
+
+
+def belief(t_ns: int, data: bytes) -> Belief:
+    """A belief with its covariance made whole again."""
+    message = schemas.State.FromString(data)
+    return Belief(t_ns, np.array(message.mean), _mirrored(message.cov_upper, len(message.mean)))
+
+
+def _mirrored(upper: Any, n: int) -> Array:
+    cov = np.empty((n, n))
+    cov[np.triu_indices(n)] = upper
+    cov.T[np.triu_indices(n)] = upper
+    return cov
+
+
+def innovation(t_ns: int, data: bytes) -> Innovation:
+    """An innovation."""
+    message = schemas.Innovation.FromString(data)
+    m = len(message.residual)
+    return Innovation(t_ns, np.array(message.residual), np.array(message.cov).reshape(m, m), message.gated)

@@ -1,0 +1,132 @@
+"""Records to messages: which topic, which schema, bit for bit."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.JointState_pb2 import JointState as FoxgloveJoint
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
+from foxglove_schemas_protobuf.Pose_pb2 import Pose
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+
+from oio.log import schemas
+from oio.records import SECOND_NS, Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
+
+Topics = dict[str, Any]  # what one record becomes: a message for each topic
+JOINTS, TRUTH, EVENTS = "/arm/joint_states", "/truth/state", "/events"
+
+
+def gas_topic(sensor: str) -> str:
+    """Where the raw samples of a sensor go."""
+    return f"/gas/{sensor}/sample"
+
+
+def sample_topics(sensor: str) -> dict[str, Any]:
+    """The topics of what a world yields, with the class of message on each."""
+    return {JOINTS: JointStates, gas_topic(sensor): schemas.GasSample, TRUTH: schemas.TruthState, EVENTS: schemas.Event}
+
+
+def stamp(t_ns: int) -> dict[str, int]:
+    """A protobuf Timestamp; the epoch is the moment the world opened."""
+    seconds, nanos = divmod(t_ns, SECOND_NS)
+    return {"seconds": seconds, "nanos": nanos}
+
+
+def world_sample(sample: WorldSample, sensor: str, joints: Sequence[str]) -> Topics:
+    """What a world yields, as messages; raises ValueError if there are not as many joint values as names."""
+    match sample:
+        case JointState():
+            return {JOINTS: _joint_states(sample, joints)}
+        case GasSample():
+            return {gas_topic(sensor): _gas_sample(sample)}
+        case Truth():
+            return {TRUTH: _truth_state(sample), "/truth/nose": _truth_nose(sample)}
+        case Event(kind="span"):
+            return {EVENTS: _event(sample)}  # several a second, for `backend=replay` and no person
+        case Event():
+            return {EVENTS: _event(sample), "/log": _log_line(sample)}
+
+
+def _joint_states(state: JointState, joints: Sequence[str]) -> Any:
+    rows = zip(joints, state.q.tolist(), state.dq.tolist(), state.ddq.tolist(), strict=True)
+    moving = [FoxgloveJoint(name=name, position=q, velocity=dq, acceleration=ddq) for name, q, dq, ddq in rows]
+    return JointStates(timestamp=stamp(state.t_ns), joints=moving)
+
+
+def _gas_sample(sample: GasSample) -> Any:
+    return schemas.GasSample(stamp=stamp(sample.t_ns), frame_id="nose", element=sample.element, raw=sample.raw)
+
+
+def _truth_state(truth: Truth) -> Any:
+    q, nose_m, source_m = truth.q.tolist(), truth.nose_m.tolist(), truth.source_m.tolist()
+    return schemas.TruthState(stamp=stamp(truth.t_ns), q=q, nose_m=nose_m, source_m=source_m, ppm=truth.ppm)
+
+
+def _truth_nose(truth: Truth) -> Any:
+    return PoseInFrame(timestamp=stamp(truth.t_ns), frame_id="base", pose=pose(truth.nose_m))
+
+
+def _event(event: Event) -> Any:
+    return schemas.Event(stamp=stamp(event.t_ns), kind=event.kind, text=event.text)
+
+
+def _log_line(event: Event) -> Any:
+    return Log(timestamp=stamp(event.t_ns), level=Log.INFO, name=event.kind, message=event.text)
+
+
+def pose(p_m: Array, xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> Pose:
+    """A pose at p_m (3,) m, unrotated unless a quaternion is given."""
+    x, y, z, w = xyzw
+    return Pose(position=_vector(p_m), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+def _vector(p_m: Array) -> Vector3:
+    x, y, z = p_m.tolist()
+    return Vector3(x=x, y=y, z=z)
+
+
+def gas_reading(reading: GasReading) -> Any:
+    """One calibrated reading."""
+    return schemas.GasReading(stamp=stamp(reading.t_ns), element=reading.element, ppm=reading.ppm, sigma_ppm=reading.sigma_ppm)
+
+
+def state(belief: Belief, names: Sequence[str], units: Sequence[str]) -> Any:
+    """A belief; of the covariance only the upper triangle is kept, so it should be symmetric to the last bit."""
+    n = len(belief.mean)
+    if not len(names) == len(units) == n:
+        raise ValueError(f"a belief of {n} entries has {len(names)} names and {len(units)} units")
+    upper = belief.cov[np.triu_indices(n)].tolist()
+    return schemas.State(stamp=stamp(belief.t_ns), names=names, units=units, mean=belief.mean.tolist(), cov_upper=upper)
+
+
+def odometry(t_ns: int, nose_m: Array, cov: Array) -> Topics:
+    """The nose in the base frame, position (3,) m and covariance (3, 3) m^2; rotation is not estimated (zero is "unknown")."""
+    full = np.zeros((6, 6))
+    full[:3, :3] = cov
+    at = stamp(t_ns)
+    place = Odometry(timestamp=at, frame_id="base", body_frame_id="nose", pose=pose(nose_m), pose_covariance=full.ravel().tolist())
+    frame = FrameTransform(
+        timestamp=at, parent_frame_id="base", child_frame_id="nose", translation=_vector(nose_m), rotation=Quaternion(w=1.0)
+    )
+    return {"/estimate/odom": place, "/tf": frame}
+
+
+def innovation(surprise: Innovation) -> Any:
+    """What an update was surprised by; `nis` is NaN if the covariance is singular, since a log must not stop a run."""
+    try:
+        nis = surprise.nis
+    except np.linalg.LinAlgError:
+        nis = math.nan
+    residual, cov = surprise.residual.tolist(), surprise.cov.ravel().tolist()
+    return schemas.Innovation(stamp=stamp(surprise.t_ns), residual=residual, cov=cov, nis=nis, gated=surprise.gated)
+
+
+def stage_result(t_ns: int, stage: str, state: str, json: str) -> Any:
+    """Where a stage stands: `begin`, `end` with its result, or `failed` with what went wrong."""
+    return schemas.StageResult(stamp=stamp(t_ns), stage=stage, state=state, json=json)

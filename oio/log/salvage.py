@@ -1,0 +1,100 @@
+"""A finished log from one without its end: whatever `survey` finds sound is copied."""
+
+import os
+from itertools import chain
+from pathlib import Path
+
+from mcap.reader import make_reader
+from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
+from mcap.writer import Writer
+
+from oio.errors import BadInput
+from oio.log.check import index_is_sound, metadata, refuse_foreign
+from oio.log.part import open_writer
+from oio.log.survey import Salvage, sound_records, survey
+
+
+def recover(path: Path, out: Path) -> int:
+    """Copy every complete record of `path` into the finished log `out`; returns the messages kept, 0 if there are none.
+
+    `path` is only read; raises BadInput if it is no OIO log or `out` exists.
+    """
+    return salvage(path, out).messages
+
+
+def salvage(path: Path, out: Path) -> Salvage:
+    """`recover`, with all that is known about what was kept; `out` is not made if nothing was."""
+    refuse_foreign(path)
+    if out.exists():
+        raise BadInput(f"{out} is there already, and a log is never overwritten. Type `python -m oio.recover {path} OUT` with another OUT.")
+    if survey(path).messages == 0:
+        return Salvage()
+    metadata(path)
+    unfinished = out.with_name(out.name + ".unfinished")
+    with unfinished.open("wb") as file:
+        found = _copy(path, open_writer(file))
+        file.flush()
+        os.fsync(file.fileno())
+    if found.messages:
+        unfinished.rename(out)
+    else:
+        unfinished.unlink()
+    return found
+
+
+def _copy(path: Path, writer: Writer) -> Salvage:
+    found = Salvage()
+    copier = _Copier(writer)
+    for record in chain(_declared(path), sound_records(path, found)):
+        if copier.copied(record) and isinstance(record, Message):
+            found.count(record)
+    writer.finish()  # type: ignore[no-untyped-call]
+    found.complete &= not copier.orphans
+    return found
+
+
+def _declared(path: Path) -> list[McapRecord]:
+    """Schemas and channels as the index repeats them, so that the loss of the first chunk is not the loss of all."""
+    if not index_is_sound(path):
+        return []
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    return [*summary.schemas.values(), *summary.channels.values()] if summary else []
+
+
+class _Copier:
+    """Writes records into another file, where schemas and channels get new numbers."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._schemas: dict[int, int] = {}
+        self._channels: dict[int, int] = {}
+        self.orphans = 0  # messages whose channel was lost
+
+    def copied(self, record: McapRecord) -> bool:
+        """Write one record; False for a message that no longer has a channel."""
+        writer = self._writer
+        match record:
+            case Schema() if record.id not in self._schemas:
+                self._schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+            case Channel() if record.id not in self._channels:
+                self._channel(record)
+            case Message():
+                return self._message(record)
+            case Metadata():
+                writer.add_metadata(record.name, record.metadata)
+            case Attachment():
+                writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, record.data)
+        return True
+
+    def _channel(self, channel: Channel) -> None:
+        schema = self._schemas.get(channel.schema_id, 0)
+        self._channels[channel.id] = self._writer.register_channel(channel.topic, channel.message_encoding, schema, channel.metadata)
+
+    def _message(self, message: Message) -> bool:
+        if message.channel_id not in self._channels:
+            self.orphans += 1
+            return False
+        channel = self._channels[message.channel_id]
+        self._writer.add_message(channel, message.log_time, message.data, message.publish_time, message.sequence)
+        return True

@@ -1,0 +1,69 @@
+"""From MCAP records to the messages asked for, one chunk in memory at a time; every checksum is checked."""
+
+import struct
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import IO
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Channel, Chunk, DataEnd, Footer, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+
+# What the parser raises on bytes that are not as they were written; CRC and text errors are ValueErrors.
+DAMAGE = (McapError, ValueError, struct.error, zstandard.ZstdError, MemoryError, OverflowError)
+
+
+def records(file: IO[bytes], size: int) -> Iterator[McapRecord]:
+    """The records of the data section, chunks still closed, and DataEnd last if it is reached; one of DAMAGE if it is not.
+
+    `size` is how many bytes of the file count; a longer record is damage and not a reason to reserve memory.
+    """
+    reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+    for record in reader.records:
+        if isinstance(record, Footer):
+            raise ValueError("its data has no end")  # or the checksum over all of it would go unchecked
+        yield record
+        if isinstance(record, DataEnd) or file.tell() >= size:
+            return
+
+
+class Picker:
+    """Picks the messages of certain schemas in a window of time out of a stream of records."""
+
+    def __init__(self, kinds: Collection[str], since_ns: int = -1, until_ns: int | None = None) -> None:
+        self._kinds, self._since_ns, self._until_ns = frozenset(kinds), since_ns, until_ns
+        self._schemas: dict[int, str] = {}
+        self._channels: dict[int, str] = {}
+
+    def pick(self, stream: Iterator[McapRecord]) -> Iterator[tuple[str, Message]]:
+        """(schema name, message) in written order with since_ns < log time <= until_ns."""
+        for record in stream:
+            if isinstance(record, Chunk) and self._may_hold(record):
+                for inner in breakup_chunk(record, validate_crc=True):
+                    yield from self._look(inner)
+
+    def _may_hold(self, chunk: Chunk) -> bool:
+        if not self._kinds.issubset(self._channels.values()):
+            return True  # it may declare a channel that later chunks use
+        return self._inside(chunk.message_end_time, chunk.message_start_time)
+
+    def _inside(self, late_ns: int, early_ns: int) -> bool:
+        return late_ns > self._since_ns and (self._until_ns is None or early_ns <= self._until_ns)
+
+    def _look(self, record: McapRecord) -> Iterator[tuple[str, Message]]:
+        match record:
+            case Schema():
+                self._schemas[record.id] = record.name
+            case Channel():
+                self._channels[record.id] = self._schemas.get(record.schema_id, "")
+            case Message():
+                kind = self._channels.get(record.channel_id)
+                if kind in self._kinds and self._inside(record.log_time, record.log_time):
+                    yield kind, record
+
+
+def written(path: Path, size: int, picker: Picker) -> Iterator[tuple[str, Message]]:
+    """What is picked from the first `size` bytes of a file that is still being written."""
+    with path.open("rb") as file:
+        yield from picker.pick(records(file, size))

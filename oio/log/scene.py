@@ -1,0 +1,59 @@
+"""The belief as a picture: translucent spheres of equal smell, ellipsoids of where the source may be, one line of text."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
+from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from scipy.spatial.transform import Rotation
+
+from oio.log.encode import pose, stamp
+from oio.records import Array
+
+CHI2_95 = 7.81  # 95 % quantile of chi-square with 3 degrees of freedom
+_SHELL = Color(r=0.2, g=0.5, b=1.0, a=0.12)
+_GUESS = Color(r=1.0, g=0.4, b=0.1, a=0.5)
+_TEXT = Color(r=1.0, g=1.0, b=1.0, a=1.0)
+_TEXT_AT_M = np.array([0.0, 0.0, 0.6])  # above the arm
+
+
+def scene(t_ns: int, centres_m: Array, radii_m: Array, hypotheses: Sequence[tuple[Array, Array]], text: str) -> SceneUpdate:
+    """Spheres at centres_m (k, 3) m of radii_m (k,) m, hypotheses of mean (3,) m and covariance (3, 3) m^2, all in frame base.
+
+    What is not finite cannot be drawn and is left out.
+    """
+    shells = [_ball(c, np.full(3, 2 * r), _SHELL) for c, r in zip(centres_m, radii_m, strict=True) if _finite(c, r)]
+    guesses = [_ellipsoid(mean, cov) for mean, cov in hypotheses if _finite(mean, cov)]
+    words = TextPrimitive(pose=pose(_TEXT_AT_M), billboard=True, font_size=14.0, scale_invariant=True, color=_TEXT, text=text)
+    entities = [
+        _entity(t_ns, "spheres", spheres=shells),
+        _entity(t_ns, "hypotheses", spheres=guesses),
+        _entity(t_ns, "text", texts=[words]),
+    ]
+    return SceneUpdate(entities=entities)  # an entity replaces the older one of the same id
+
+
+def _entity(t_ns: int, name: str, **primitives: Any) -> SceneEntity:
+    return SceneEntity(timestamp=stamp(t_ns), frame_id="base", id=name, **primitives)
+
+
+def _ellipsoid(mean: Array, cov: Array) -> SpherePrimitive:
+    variances, axes = np.linalg.eigh(cov)
+    axes[:, 0] *= math.copysign(1.0, np.linalg.det(axes))  # eigenvectors may be a mirror, a rotation may not
+    size_m = 2.0 * np.sqrt(CHI2_95 * np.maximum(variances, 0.0))
+    return _ball(mean, size_m, _GUESS, Rotation.from_matrix(axes).as_quat().tolist())
+
+
+def _ball(centre_m: Array, size_m: Array, color: Color, xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> SpherePrimitive:
+    x, y, z = size_m.tolist()
+    return SpherePrimitive(pose=pose(centre_m, xyzw), size=Vector3(x=x, y=y, z=z), color=color)
+
+
+def _finite(*arrays: Array | float) -> bool:
+    return all(np.all(np.isfinite(array)) for array in arrays)

@@ -1,0 +1,116 @@
+"""`RunLog`: everything a run senses, believes and finds, appended to one MCAP file as it happens."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from oio.log import encode, schemas
+from oio.log.part import Part
+from oio.log.plain import to_json
+from oio.log.read import samples_written
+from oio.log.scene import scene
+from oio.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
+
+Watcher = Callable[[str, str, int, str, str], None]
+
+
+class RunLog:
+    """An open log. Time comes from the records alone, so the same calls give the same bytes.
+
+    `watchers` are called with (stage, `begin` | `progress` | `end` | `failed`, t_ns, waits_for, figure).
+    """
+
+    def __init__(self, part: Part, sensor: str, joints: tuple[str, ...]) -> None:
+        self._part, self._sensor, self._joints = part, sensor, joints
+        self._stage, self._shown_ns = "", -SECOND_NS
+        self.watchers: list[Watcher] = []
+        # All kinds of sample are declared in the first chunk: a reader that has seen it may skip chunks by their times.
+        for topic, kind in encode.sample_topics(sensor).items():
+            part.channel(topic, kind)
+
+    @classmethod
+    @contextmanager
+    def create(
+        cls, path: Path, *, sensor: str, joints: tuple[str, ...], metadata: dict[str, str], attachments: dict[str, bytes]
+    ) -> Iterator["RunLog"]:
+        """A log at `path`: `<path>.part` while it is written, and ever after if the run fails. Raises BadInput if it exists."""
+        own = {"schema_version": schemas.SCHEMA_VERSION, "sensor": sensor, "dof": str(len(joints)), "joints": " ".join(joints)}
+        part = Part(path, {**metadata, **own})
+        try:
+            log = cls(part, sensor, joints)
+            for name, data in attachments.items():
+                log.attach(name, data)
+            yield log
+        finally:
+            part.finish()
+        part.rename()
+
+    def write(self, sample: WorldSample) -> None:
+        """What the world yielded."""
+        self._put(sample.t_ns, encode.world_sample(sample, self._sensor, self._joints))
+
+    def reading(self, reading: GasReading) -> None:
+        """A raw sample in ppm."""
+        self._part.put(f"/gas/{self._sensor}/reading", reading.t_ns, encode.gas_reading(reading))
+
+    def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...]) -> None:
+        """A belief (n,), (n, n), with a name and a unit for each of the n entries."""
+        self._part.put("/estimate/state", belief.t_ns, encode.state(belief, names, units))
+
+    def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
+        """Where the nose is believed to be: (3,) m and (3, 3) m^2 in frame base."""
+        self._put(t_ns, encode.odometry(t_ns, nose_m, cov))
+
+    def innovation(self, innovation: Innovation) -> None:
+        """What an update was surprised by."""
+        self._part.put("/estimate/innovation", innovation.t_ns, encode.innovation(innovation))
+
+    def spheres(self, t_ns: int, centres: Array, radii_m: Array, hypotheses: list[tuple[Array, Array]], text: str) -> None:
+        """Spheres (k, 3) m, (k,) m and 95 % ellipsoids of hypotheses (mean (3,) m, cov (3, 3) m^2), for the viewer."""
+        self._part.put("/belief/scene", t_ns, scene(t_ns, centres, radii_m, hypotheses, text))
+
+    def attach(self, name: str, data: bytes) -> None:
+        """A file that belongs to the run; of two with one name, readers get the later."""
+        self._part.attach(name, data)
+
+    @contextmanager
+    def stage(self, name: str, clock: Callable[[], int]) -> Iterator[Callable[[object], None]]:
+        """Log begin and end of a stage at the times of `clock`; call what this gives with the stage's result."""
+        results: list[object] = []
+        outer, self._stage, self._shown_ns = self._stage, name, -SECOND_NS
+        self._mark(name, "begin", clock(), None)
+        try:
+            yield results.append
+        except BaseException as error:
+            self._mark(name, "failed", clock(), {"error": type(error).__name__, "text": str(error)}, str(error))
+            raise
+        else:
+            self._mark(name, "end", clock(), results[-1] if results else None)
+        finally:
+            self._stage = outer
+
+    def _mark(self, stage: str, state: str, t_ns: int, result: object, figure: str = "") -> None:
+        self._part.put(f"/stage/{stage}", t_ns, encode.stage_result(t_ns, stage, state, to_json(result)))
+        self._part.flush()  # a long computation may follow, in which no simulated second passes
+        self._tell(stage, state, t_ns, "", figure)
+
+    def progress(self, t_ns: int, waits_for: str, figure: str) -> None:
+        """What the running stage waits for and how far it is; kept at most once per second of the world."""
+        if t_ns - self._shown_ns < SECOND_NS:
+            return
+        self._shown_ns = t_ns
+        self.write(Event(t_ns, "progress", f"{self._stage}: {waits_for}: {figure}"))
+        self._tell(self._stage, "progress", t_ns, waits_for, figure)
+
+    def samples(self, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
+        """What was given to `write` so far with since_ns < t_ns <= until_ns, in that order, read back from the file."""
+        return samples_written(self._part.path, self._part.flush(), since_ns, until_ns)
+
+    def _put(self, t_ns: int, messages: dict[str, Any]) -> None:
+        for topic, message in messages.items():
+            self._part.put(topic, t_ns, message)
+
+    def _tell(self, *news: Any) -> None:
+        for watcher in self.watchers:
+            watcher(*news)

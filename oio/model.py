@@ -1,0 +1,153 @@
+"""The state of olfactory inertial odometry, how it moves, and what a reading says of it.
+
+x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | b (E) ppm | f ppm | m)
+
+o, v, a: encoder offset of each joint with its rate and acceleration (the paper's drift is quadratic); s, l: source and ln strength;
+n, k: exponent and wind of the range law; b: offsets of the elements; f: lagged concentration; m: relative fluctuation of the gas.
+The nose is at p(q - o). f follows c(p) (1 + sqrt(I) m) with the sensor's lag, m is an Ornstein-Uhlenbeck process of variance gamma^2 and
+correlation time T r / r_ref. A reading of element e is g_e f + b_e + white noise.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.batch import Fit, Fluctuation
+from oio.ranging import RangeLaw, concentration
+from oio.records import Array, Belief, GasReading, JointState, seconds
+from oio.settings import settings
+from oio.uncertainty import Noise
+
+
+@settings
+class Wander:
+    """How fast things that are nearly constant may change: densities of random walks."""
+
+    offset_deg_sqrt_s: float  # of the joint offsets: the free play turns over [deg / sqrt(s)]
+    drift_deg_s2_sqrt_s: float  # of the encoders' acceleration [deg / s^2 / sqrt(s)]
+    strength_sqrt_s: float  # of ln strength [1 / sqrt(s)]
+    exponent_sqrt_s: float  # of the range exponent
+    wind_per_m_sqrt_s: float  # of k [1 / m / sqrt(s)]
+    baseline_sigmas_sqrt_s: float  # of the offsets, in standard deviations of one reading
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything a filter needs to know; immutable."""
+
+    arm: Arm
+    law: RangeLaw
+    wander: Wander
+    rise_s: float
+    fall_s: float
+    gain: tuple[float, ...]
+    fluctuation: Fluctuation
+    sigma_ppm: float  # of one reading in clean air
+    noise: Noise
+
+    @property
+    def elements(self) -> int:
+        """Elements of the sensor."""
+        return len(self.gain)
+
+    @cached_property
+    def size(self) -> int:
+        """Length of the state."""
+        return 3 * self.arm.dof + 10 + self.elements
+
+    @cached_property
+    def at(self) -> dict[str, slice]:
+        """Where each block lies."""
+        n, names, where = self.arm.dof, {}, 0
+        sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "b": self.elements, "f": 1, "m": 1}
+        for block, size in sizes.items():
+            names[block] = slice(where, where + size)
+            where += size
+        return names
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """A name per state."""
+        joints = [f"{what}_{joint}" for what in ("offset", "rate", "acceleration") for joint in self.arm.names]
+        rest = ["source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z"]
+        return (*joints, *rest, *(f"baseline_{e}" for e in range(self.elements)), "lagged", "fluctuation")
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """A unit per state."""
+        n = self.arm.dof
+        joints = ["rad"] * n + ["rad/s"] * n + ["rad/s^2"] * n
+        return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
+
+    def begin(self, fit: Fit, t_ns: int) -> Belief:
+        """The belief of a batch fit at time t, drift carried there exactly; the source's P0 widened as the assembly says."""
+        n, lay, t = self.arm.dof, fit.layout, seconds(t_ns)
+        eye, to = np.eye(n), np.zeros((self.size, lay.size))
+        to[self.at["o"], lay.offset], to[self.at["o"], lay.drift] = eye, 0.5 * t * t * eye
+        to[self.at["v"], lay.drift], to[self.at["a"], lay.drift] = t * eye, eye
+        to[self.at["s"].start : self.at["b"].start, :8] = np.eye(8)
+        to[self.at["b"], lay.baseline] = np.eye(self.elements)
+        mean, cov = to @ fit.mean, to @ fit.cov @ to.T
+        f, m, fl = self.at["f"].start, self.at["m"].start, self.fluctuation
+        mean[f] = fit.lagged_ppm
+        cov[f, f] = (fl.gamma * fit.lagged_ppm) ** 2 + self.sigma_ppm**2
+        cov[m, m] = fl.gamma**2
+        cov[self.at["s"], self.at["s"]] += self.noise.source_p0_m2 * np.eye(3)
+        cov[np.diag_indices(self.size)] += 1e-18
+        return Belief(t_ns, mean, cov)
+
+    def nose(self, belief: Belief, joints: JointState) -> tuple[Array, Array]:
+        """Where the nose is believed to be: (3,) m and (3, 3) m^2."""
+        o = self.at["o"]
+        p, jac = self.arm.nose_jacobian(joints.q - belief.mean[o])
+        return p, jac @ belief.cov[o, o] @ jac.T
+
+    def transition(self, x: Array, dt_s: float, joints: JointState) -> tuple[Array, Array, Array]:
+        """x (N,) after dt_s with the encoders at `joints`, its Jacobian F (N, N), and Q (N, N)."""
+        at, n, fl = self.at, self.arm.dof, self.fluctuation
+        i, s, m = at["f"].start, at["s"].start, at["m"].start
+        o, v, a = np.arange(n), np.arange(n, 2 * n), np.arange(2 * n, 3 * n)
+        new, jacobian = x.copy(), np.eye(self.size)
+        new[at["o"]] += dt_s * x[at["v"]] + 0.5 * dt_s**2 * x[at["a"]]
+        new[at["v"]] += dt_s * x[at["a"]]
+        jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
+        p, jac = self.arm.nose_jacobian(joints.q - new[at["o"]])
+        c, grad, r, rarity = concentration(p[None, :], x[s : s + 8], self.law.r_ref_m, self.law.radius_m)
+        swing = np.sqrt(rarity[0])
+        felt = c[0] * (1.0 + swing * x[m])
+        phi = np.exp(-dt_s / (self.rise_s if felt > x[i] else self.fall_s))
+        new[i] = phi * x[i] + (1.0 - phi) * felt
+        row = np.zeros(self.size)
+        row[s : s + 8] = felt * grad[0]
+        row[m] = c[0] * swing
+        row[i] = phi / (1.0 - phi)
+        by_o = felt * grad[0, :3] @ jac
+        row[at["o"]], row[at["v"]], row[at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
+        jacobian[i] = (1.0 - phi) * row
+        keep = np.exp(-dt_s / (fl.t_s * r[0] / self.law.r_ref_m))
+        new[m], jacobian[m, m] = keep * x[m], keep
+        return new, jacobian, self.process_noise(dt_s, keep)
+
+    def process_noise(self, dt_s: float, keep: float) -> Array:
+        """Q (N, N) of dt_s, in which the fluctuation keeps the fraction `keep` of itself."""
+        w, at = self.wander, self.at
+        q = np.zeros(self.size)
+        q[at["o"]] = np.radians(w.offset_deg_sqrt_s) ** 2 * dt_s
+        q[at["a"]] = np.radians(w.drift_deg_s2_sqrt_s) ** 2 * dt_s
+        q[at["s"]] = self.noise.source_q_m2 * (dt_s if self.noise.assembly == "gum" else 1.0)
+        q[at["l"]] = w.strength_sqrt_s**2 * dt_s
+        q[at["n"]] = w.exponent_sqrt_s**2 * dt_s
+        q[at["k"]] = w.wind_per_m_sqrt_s**2 * dt_s
+        q[at["b"]] = (w.baseline_sigmas_sqrt_s * self.sigma_ppm) ** 2 * dt_s
+        q[at["m"]] = self.fluctuation.gamma**2 * (1.0 - keep * keep)
+        return np.diag(q)
+
+    def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
+        """Expected reading [ppm], its Jacobian H (N,), and R [ppm^2]: the variance of one fresh reading, or the assembly's."""
+        e, i = reading.element, self.at["f"].start
+        row = np.zeros(self.size)
+        row[i], row[self.at["b"].start + e] = self.gain[e], 1.0
+        fresh = self.fluctuation.scale * reading.sigma_ppm**2
+        return float(row @ x), row, fresh if self.noise.r_ppm2 is None else self.noise.r_ppm2

@@ -1,0 +1,60 @@
+"""Olfactory inertial odometry: joints and readings in, beliefs out; the same object live, on replay, and over the log in `evaluate`."""
+
+from oio.batch import Fit
+from oio.beliefs import BeliefMap
+from oio.knowledge import Knowledge
+from oio.protocols import Estimator
+from oio.records import Array, Belief, GasReading, Innovation, JointState
+
+
+class Odometry:
+    """Gathers a trace until `locate` has made a belief map of it; from then on the filter runs."""
+
+    def __init__(self, estimator: Estimator, known: Knowledge, belief_map: BeliefMap) -> None:
+        self.known, self._estimator, self._map = known, estimator, belief_map
+        self.trace = belief_map.trace()
+        self.hypotheses: tuple[Fit, ...] = ()
+        self.belief: Belief | None = None
+        self._joints: JointState | None = None
+        self._nis: list[float] = []
+
+    def joints(self, state: JointState) -> None:
+        """The arm is here now."""
+        self._joints = state
+        self.trace.joints(state)
+        if self.belief is not None and state.t_ns > self.belief.t_ns:
+            self.belief = self._estimator.predict(self.known.model, self.belief, state)
+
+    def reading(self, reading: GasReading) -> Innovation | None:
+        """A reading, taken at the time of the last joints; None before the first map."""
+        self.trace.reading(reading)
+        if self.belief is None:
+            return None
+        self.belief, innovation = self._estimator.update(self.known.model, self.belief, reading)
+        self._nis = [*self._nis[-49:], innovation.nis]
+        return innovation
+
+    def locate(self) -> tuple[Fit, ...]:
+        """Make the map of the whole trace and begin the filter anew from its best hypothesis."""
+        assert self._joints is not None
+        self.hypotheses = self._map.locate(self.trace.frozen(), self.known)
+        self.belief = self.known.model.begin(self.hypotheses[0], self._joints.t_ns)
+        self._nis = []
+        return self.hypotheses
+
+    def consistent(self, limit: float) -> bool:
+        """Whether the mean NIS of the latest readings (at least ten) is below `limit`; too few say nothing."""
+        return len(self._nis) < 10 or sum(self._nis) / len(self._nis) < limit
+
+    def nose(self) -> tuple[Array, Array] | None:
+        """Believed nose position (3,) m and its covariance (3, 3) m^2; None before the first map."""
+        if self.belief is None or self._joints is None:
+            return None
+        return self.known.model.nose(self.belief, self._joints)
+
+    def source(self) -> tuple[Array, Array] | None:
+        """Believed source (3,) m and its covariance (3, 3) m^2; None before the first map."""
+        if self.belief is None:
+            return None
+        s = self.known.model.at["s"]
+        return self.belief.mean[s], self.belief.cov[s, s]

@@ -1,0 +1,134 @@
+"""The loop over stages, usable without Hydra: `Context`, `check_order`, `run_stages`, and `Watched`, the world as stages see it."""
+
+import typing
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.errors import BadInput
+from oio.log import RunLog
+from oio.protocols import Sensor, Stage, World
+from oio.records import Array, Event, GasReading, GasSample, JointState, Sample
+
+R = TypeVar("R")
+
+
+class Watched:
+    """A world that is logged and guarded: every sample reaches the log before a stage sees it, every command is checked.
+
+    Truth goes to the log only; no stage can see it through this door.
+    """
+
+    def __init__(self, world: World, arm: Arm, log: RunLog) -> None:
+        self._world, self._arm, self._log = world, arm, log
+        self._goal = arm.home
+
+    @property
+    def t_ns(self) -> int:
+        """Nanoseconds since the world opened."""
+        return self._world.t_ns
+
+    def samples(self, for_s: float) -> Iterator[Sample]:
+        """Let `for_s` seconds pass; yield joint states and gas samples in time order."""
+        for sample in self._world.samples(for_s):
+            self._log.write(sample)
+            if isinstance(sample, JointState | GasSample):
+                yield sample
+
+    def move(self, q_rad: Array) -> float:
+        """Begin a smooth move to q_rad (n,); returns the seconds it takes. Raises BadInput for a goal out of limits."""
+        goal = self._arm.checked(q_rad)
+        over_s = max(self._arm.duration_s(self._goal, goal), 0.1)
+        self._log.write(Event(self.t_ns, "move", f"{over_s:.3f} s to {np.round(goal, 4).tolist()}"))
+        self._world.move(goal, over_s)
+        self._goal = goal
+        return over_s
+
+    def present(self, source: str) -> None:
+        """Open one gas source: `none`, `beacon` or `source`."""
+        self._log.write(Event(self.t_ns, "present", source))
+        self._world.present(source)
+
+    @property
+    def goal(self) -> Array:
+        """The joints (n,) rad last asked for."""
+        return self._goal
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a stage may touch: five doors and no more."""
+
+    world: Watched
+    log: RunLog
+    rng: np.random.Generator
+    out: Path
+    results: Mapping[type, object]
+
+    def need(self, kind: type[R]) -> R:
+        """The result of that type from an earlier stage."""
+        found = self.results[kind]
+        assert isinstance(found, kind)
+        return found
+
+
+def gives(stage: Stage) -> type:
+    """The type of a stage's result: the return annotation of `run`."""
+    kind = typing.get_type_hints(type(stage).run).get("return")
+    if not isinstance(kind, type):
+        raise BadInput(f"stage {type(stage).__name__}.run must be annotated with the class of its result.")
+    return kind
+
+
+def check_order(stages: Mapping[str, Stage]) -> None:
+    """Refuse, before anything moves, a stage whose need nobody gives and a result given twice."""
+    given: dict[type, str] = {}
+    for name, stage in stages.items():
+        for need in stage.needs:
+            if need not in given:
+                raise BadInput(
+                    f"stage '{name}' needs {need.__name__}, but no stage before it gives one: the order is {list(stages)}. "
+                    f"{_who_gives(need, stages)}"
+                )
+        kind = gives(stage)
+        if kind in given:
+            raise BadInput(f"stages '{given[kind]}' and '{name}' both give {kind.__name__}. Leave one of them out of stage=[...].")
+        given[kind] = name
+
+
+def _who_gives(need: type, stages: Mapping[str, Stage]) -> str:
+    giver = next((name for name, stage in stages.items() if gives(stage) is need), None)
+    if giver is not None:
+        return f"Put '{giver}' earlier."
+    return "Add the stage that gives it to stage=[...]; `python -m oio.run --help` lists the stages and what they give."
+
+
+def run_stages(stages: Mapping[str, Stage], world: World, arm: Arm, log: RunLog, out: Path, seed: int) -> dict[type, object]:
+    """Run every stage in order; each has a random stream of its own, so a new stage cannot shift another's noise."""
+    check_order(stages)
+    results: dict[type, object] = {}
+    watched = Watched(world, arm, log)
+    for name, stage in stages.items():
+        rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+        with log.stage(name, lambda: watched.t_ns) as close:
+            result = stage.run(Context(watched, log, rng, out, results))
+            close(result)
+        results[gives(stage)] = result
+    return results
+
+
+def sniff(context: Context, sensor: Sensor, goal: Array, dwell_s: float) -> Iterator[JointState | GasReading]:
+    """Move to goal (n,) rad and dwell there; yields joints and readings (logged) in time order, the whole way."""
+    over_s = context.world.move(goal)
+    for sample in context.world.samples(over_s + dwell_s):
+        if isinstance(sample, JointState):
+            yield sample
+        else:
+            reading = sensor.reading(sample)
+            context.log.reading(reading)
+            yield reading

@@ -1,0 +1,162 @@
+"""What a plug-in must offer, and no more. `oio.testing` has one conformance suite for each."""
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from oio.records import Array, Belief, GasReading, GasSample, Innovation, JointState, WorldSample
+
+if TYPE_CHECKING:
+    from oio.model import Model
+    from oio.pipeline import Context
+
+
+class World(Protocol):
+    """Something live: it yields samples in time order and takes commands. Made only by `Backend.open`."""
+
+    @property
+    def t_ns(self) -> int:
+        """Nanoseconds since the world opened; the time of everything yielded so far is at most this."""
+        ...
+
+    def samples(self, for_s: float) -> Iterator[WorldSample]:
+        """Let `for_s` seconds pass; yield what was sensed, in time order. Raises `WorldEnded` when there is no more."""
+        ...
+
+    def move(self, q_rad: Array, over_s: float) -> None:
+        """Begin a smooth move of the n unlocked joints to q_rad (n,), lasting `over_s`; it happens while samples flow."""
+        ...
+
+    def present(self, source: str) -> None:
+        """Open one gas source: `none`, `beacon` (known place, calibration) or `source` (unknown place, the search)."""
+        ...
+
+
+@runtime_checkable
+class Backend(Protocol):
+    """A frozen choice of world."""
+
+    def open(self) -> AbstractContextManager[World]:
+        """Make it live. The only door through which anything does I/O."""
+        ...
+
+
+class Unit(Protocol):
+    """A simulated sensor: all its elements, with their spread, lag, drift and noise."""
+
+    def step(self, ppm: float, dt_s: float) -> None:
+        """Expose every element to `ppm` for `dt_s`."""
+        ...
+
+    def sample(self, element: int) -> float:
+        """The raw value that the sensor's electronics would put on the wire now."""
+        ...
+
+
+@runtime_checkable
+class Sensor(Protocol):
+    """A transduction principle with its numbers: raw to ppm and back, lag, noise, timing."""
+
+    @property
+    def name(self) -> str:
+        """As typed after `sensor=`."""
+        ...
+
+    @property
+    def elements(self) -> int:
+        """1, or 2 that are read in turn."""
+        ...
+
+    @property
+    def sample_s(self) -> float:
+        """Seconds between samples (one element each time)."""
+        ...
+
+    @property
+    def tau_rise_s(self) -> float:
+        """Nominal first-order lag when the concentration rises [s]."""
+        ...
+
+    @property
+    def tau_fall_s(self) -> float:
+        """And when it falls [s]."""
+        ...
+
+    @property
+    def settled_ppm_per_min(self) -> float:
+        """Slope below which warm-up is over."""
+        ...
+
+    def reading(self, sample: GasSample) -> GasReading:
+        """Raw to ppm with the white-noise standard deviation of one reading; nominal law, no calibration."""
+        ...
+
+    def raw(self, ppm: float) -> float:
+        """The inverse of `reading`'s law for a nominal unit, before quantisation."""
+        ...
+
+    def unit(self, truth: np.random.Generator, noise: np.random.Generator) -> Unit:
+        """A simulated specimen: its spread is drawn from `truth`, its noise from `noise`."""
+        ...
+
+
+class LiveAir(Protocol):
+    """Moving gas in one room."""
+
+    def present(self, source_m: Array | None, emission_ml_s: float) -> None:
+        """Replace the source: (3,) m in the base frame, or none; the plume is let stand as the room's YAML says."""
+        ...
+
+    def step(self, dt_s: float) -> None:
+        """Advance the gas."""
+        ...
+
+    def ppm(self, p_m: Array) -> float:
+        """Concentration above background at (3,) m."""
+        ...
+
+
+@runtime_checkable
+class Air(Protocol):
+    """A frozen description of a room's air."""
+
+    name: str
+
+    def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> LiveAir:
+        """Make it live: wind direction and other constants from `truth`, turbulence from `disturbance`."""
+        ...
+
+
+@runtime_checkable
+class Estimator(Protocol):
+    """A filter: immutable, its state goes in and comes out."""
+
+    def predict(self, model: "Model", belief: Belief, joints: JointState) -> Belief:
+        """Propagate the belief to the time of `joints`; the nose moved along the arm's kinematics."""
+        ...
+
+    def update(self, model: "Model", belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+        """Condition the belief on one reading taken now; a gated reading leaves the belief as it was."""
+        ...
+
+
+@runtime_checkable
+class Strategy(Protocol):
+    """Where to move the nose next."""
+
+    def propose(self, view: Any, rng: np.random.Generator) -> Array:
+        """The next joint goal (n,) rad from a `oio.search.View`."""
+        ...
+
+
+@runtime_checkable
+class Stage(Protocol):
+    """One step of a protocol. What `run` is annotated to return is what the stage gives to later ones."""
+
+    needs: ClassVar[tuple[type, ...]]
+
+    def run(self, context: "Context") -> object:
+        """Gather samples through `context.world`, call the noun, return the result."""
+        ...

@@ -1,0 +1,109 @@
+"""Response to RSSI to range and back, and the filter's model of the mean concentration around a source.
+
+ln c(p) = l - n ln(r / r_ref) - (|k| r - k.d),   d = p - s,   r^2 = |d|^2 + radius^2
+
+n = 1, k = 0 is diffusion from a point, any n with k = 0 the log-distance law of radio (Rappaport), and k = U / 2K the steady plume of a
+source in wind U with eddy diffusivity K. l is the logarithm of the concentration at r_ref. The radius of the source removes the pole.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from oio.records import Array
+from oio.settings import in_range, settings
+
+_SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
+_RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
+
+
+@settings
+class RangeLaw:
+    """The nominal law, before anything is calibrated, and how far a real one may be from it (one sigma)."""
+
+    r_ref_m: float  # distance at which l is given
+    radius_m: float  # radius of the source
+    ln_strength_u: float  # of l about the largest reading seen
+    exponent: float  # n
+    exponent_u: float
+    wind_per_m_u: float  # of each horizontal component of k = U / 2K about still air
+    lift_per_m_u: float  # of its vertical component
+    gamma: float  # relative fluctuation of the gas on the plume's axis
+    eddy_s: float  # its correlation time at r_ref
+
+    def check(self) -> None:
+        """Refuse senseless laws."""
+        in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
+        in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+
+
+@dataclass(frozen=True, slots=True)
+class Rssi:
+    """RSSI = 10 log10(C / C_ref) [dB]; r = d0 10^((RSSI0 - RSSI) / 10 n) [m] (log-distance path loss; section II-D of the paper)."""
+
+    c_ref_ppm: float  # concentration of 0 dB
+    d0_m: float
+    rssi0_db: float  # at d0
+    exponent: float
+
+    def of(self, c_ppm: Array) -> Array:
+        """Concentrations (k,) ppm to dB; values below a thousandth of C_ref count as that."""
+        return 10.0 * np.log10(np.maximum(c_ppm, 1e-3 * self.c_ref_ppm) / self.c_ref_ppm)
+
+    def range_m(self, rssi_db: Array) -> Array:
+        """dB to metres."""
+        return self.d0_m * 10.0 ** ((self.rssi0_db - rssi_db) / (10.0 * self.exponent))
+
+
+@numba.njit(cache=True)
+def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[Array, Array, Array, Array]:
+    """Mean concentration c (k,) ppm at p (k, 3) m, the derivative of ln c (k, 8) with respect to theta = (s (3), l, n, k (3)),
+    the distance r (k,) m and the rarity exp(|k| r - k.d) (k,), at most 1000.
+
+    The derivative with respect to p is minus that with respect to s.
+    """
+    k = p.shape[0]
+    c, grad, distance, rarity = np.empty(k), np.empty((k, 8)), np.empty(k), np.empty(k)
+    wx, wy, wz = theta[5], theta[6], theta[7]
+    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
+    for i in range(k):
+        dx, dy, dz = p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2]
+        r2 = dx * dx + dy * dy + dz * dz + radius * radius
+        r = np.sqrt(r2)
+        ln_r = np.log(r / r_ref)
+        along = wx * dx + wy * dy + wz * dz
+        off_axis = (speed - _SMOOTH_PER_M) * r - along
+        c[i] = np.exp(min(theta[3] - theta[4] * ln_r - off_axis, 50.0))
+        distance[i], rarity[i] = r, np.exp(min(max(off_axis, 0.0), _RAREST))
+        radial = theta[4] / r2 + (speed - _SMOOTH_PER_M) / r
+        grad[i, 0] = dx * radial - wx
+        grad[i, 1] = dy * radial - wy
+        grad[i, 2] = dz * radial - wz
+        grad[i, 3] = 1.0
+        grad[i, 4] = -ln_r
+        grad[i, 5] = dx - r * wx / speed
+        grad[i, 6] = dy - r * wy / speed
+        grad[i, 7] = dz - r * wz / speed
+    return c, grad, distance, rarity
+
+
+@numba.njit(cache=True)
+def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) -> tuple[Array, Array, Array]:
+    """First-order lag with different rise and fall: f_i = phi f_{i-1} + (1 - phi) c_i, phi = exp(-dt_i / tau).
+
+    c (k,) ppm and dc (k, m) its sensitivities, dt (k,) s before each step. Returns f (k,), df (k, m) and df/d ln(tau) (k,).
+    """
+    k, m = dc.shape
+    f, df, df_tau = np.empty(k), np.empty((k, m)), np.empty(k)
+    state, sensitivity, to_tau = f0, np.zeros(m), 0.0
+    for i in range(k):
+        tau = rise if c[i] > state else fall
+        phi = np.exp(-dt[i] / tau)
+        to_tau = phi * to_tau + (state - c[i]) * phi * dt[i] / tau
+        state = phi * state + (1.0 - phi) * c[i]
+        for j in range(m):
+            sensitivity[j] = phi * sensitivity[j] + (1.0 - phi) * dc[i, j]
+        f[i], df_tau[i] = state, to_tau
+        df[i] = sensitivity
+    return f, df, df_tau

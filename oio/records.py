@@ -1,0 +1,120 @@
+"""The frozen values that flow. Time is int nanoseconds since the world opened; everything else is SI or ppm."""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+SECOND_NS = 1_000_000_000
+
+
+def seconds(t_ns: int) -> float:
+    """Nanoseconds as seconds."""
+    return t_ns / SECOND_NS
+
+
+def nanoseconds(t_s: float) -> int:
+    """Seconds as whole nanoseconds."""
+    return round(t_s * SECOND_NS)
+
+
+class _ReadOnlyArrays:
+    """Arrays are float64 copies that nobody can write to after entry."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for field in fields(self):  # type: ignore[arg-type]
+            value: Any = getattr(self, field.name)
+            if isinstance(value, np.ndarray | list):
+                array = np.array(value, dtype=np.float64)
+                array.flags.writeable = False
+                object.__setattr__(self, field.name, array)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointState(_ReadOnlyArrays):
+    """What the encoders say: q (n,) rad, dq (n,) rad/s, ddq (n,) rad/s^2; n = the joints of the chosen DoF."""
+
+    t_ns: int
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GasSample:
+    """One raw value of one element, in the unit of its sensor (ppm, ADC counts)."""
+
+    t_ns: int
+    element: int
+    raw: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth(_ReadOnlyArrays):
+    """For scoring only: joints (n,) rad, nose (3,) m, active source (3,) m (NaN: none), concentration at the nose [ppm]."""
+
+    t_ns: int
+    q: Array
+    nose_m: Array
+    source_m: Array
+    ppm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Event:
+    """Something that happened: `kind` is a word (`present`, `move`, `bout`, `stage`, `dropped` ...), `text` a sentence."""
+
+    t_ns: int
+    kind: str
+    text: str
+
+
+Sample = JointState | GasSample
+WorldSample = JointState | GasSample | Truth | Event
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GasReading:
+    """One reading in ppm with its standard uncertainty for white sensor noise alone."""
+
+    t_ns: int
+    element: int
+    ppm: float
+    sigma_ppm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Belief(_ReadOnlyArrays):
+    """A Gaussian: mean (n,), cov (n, n); what each entry means stands in the model's `names` and `units`."""
+
+    t_ns: int
+    mean: Array
+    cov: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Innovation(_ReadOnlyArrays):
+    """Measurement minus prediction: residual (m,) ppm, cov (m, m) ppm^2; `gated` if it was not used."""
+
+    t_ns: int
+    residual: Array
+    cov: Array
+    gated: bool
+
+    @property
+    def nis(self) -> float:
+        """Normalised innovation squared y' S^-1 y, chi-square with m degrees of freedom if the filter is consistent."""
+        return float(self.residual @ np.linalg.solve(self.cov, self.residual))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track(_ReadOnlyArrays):
+    """Beliefs over time: t_ns (k,), mean (k, n), cov (k, n, n)."""
+
+    t_ns: Array
+    mean: Array
+    cov: Array

@@ -1,0 +1,80 @@
+"""The bandit of the paper: one joint one step left or right, or nothing; a bout is the reward.
+
+With one DoF these are its three arms (left, right, stay); every further joint adds two. Values are discounted means and the choice is
+discounted UCB1 (Garivier & Moulines 2011), because the best direction changes as the nose moves.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.records import Array
+from oio.search.view import View
+from oio.settings import in_range, settings
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Values:
+    """Discounted reward and count of each arm of the bandit (2 joints + 1,)."""
+
+    reward: Array
+    count: Array
+
+    @staticmethod
+    def none(joints: int) -> "Values":
+        """Nothing tried."""
+        return Values(np.zeros(2 * joints + 1), np.zeros(2 * joints + 1))
+
+
+@settings
+class Bandit:
+    """Discounted UCB1 over single-joint steps."""
+
+    step_rad: float
+    discount: float  # per move; 1: every move counts for ever
+    curiosity: float  # weight of the exploration bonus
+
+    def check(self) -> None:
+        """Refuse senseless steps and discounts."""
+        in_range(self, step_rad=(1e-3, 2.0), discount=(0.1, 1.0), curiosity=(0.0, 100.0))
+
+    def choose(self, values: Values, allowed: np.ndarray, rng: np.random.Generator) -> int:
+        """The arm of greatest upper confidence bound among the allowed ones; untried ones first, ties at random."""
+        seen = np.maximum(values.count, 1e-9)
+        bonus = self.curiosity * np.sqrt(np.log(max(float(np.sum(values.count)), 1.0)) / seen)
+        bound = np.where(values.count < 0.05, np.inf, values.reward / seen + bonus)
+        bound[~allowed] = -np.inf
+        return int(rng.choice(np.flatnonzero(bound == np.max(bound))))
+
+    def rewarded(self, values: Values, chosen: int, reward: float) -> Values:
+        """The values after a move."""
+        new, count = self.discount * values.reward, self.discount * values.count
+        new[chosen] += reward
+        count[chosen] += 1.0
+        return Values(new, count)
+
+    def goal(self, q: Array, chosen: int) -> Array:
+        """Where an arm of the bandit leads: 0 stays, 1 + 2 j and 2 + 2 j move joint j down and up."""
+        new = np.array(q)
+        if chosen > 0:
+            new[(chosen - 1) // 2] += self.step_rad if chosen % 2 == 0 else -self.step_rad
+        return new
+
+    def allowed(self, arm: Arm, q: Array, joints: int) -> np.ndarray:
+        """Which arms of a bandit over the first `joints` joints keep the nose inside its box (2 joints + 1,)."""
+        return np.array([arm.inside(self.goal(q, i)) for i in range(2 * joints + 1)])
+
+    def propose(self, view: View, rng: np.random.Generator) -> Array:
+        """The next joint goal (n,) rad, with the values rebuilt from the moves so far."""
+        q, values = view.arm.home, Values.none(view.arm.dof)
+        for move in view.moves:
+            values = self.rewarded(values, self._made(q, move.q), move.bouts)
+            q = move.q
+        return self.goal(q, self.choose(values, self.allowed(view.arm, q, view.arm.dof), rng))
+
+    def _made(self, before: Array, after: Array) -> int:
+        turned = np.flatnonzero(np.abs(after - before) > 0.5 * self.step_rad)
+        if len(turned) == 0:
+            return 0
+        return int(1 + 2 * turned[0] + (after[turned[0]] > before[turned[0]]))

@@ -1,0 +1,88 @@
+"""The next sniff is the pose that is expected to shrink the source's covariance most for the time it takes (D-optimal design).
+
+Candidates are poses about every hypothesis, at a few distances, and poses anywhere. A sniff at a candidate is one measurement of ln c with
+variance gamma^2 I / n + (sigma / c)^2, n the number of eddies that pass while it dwells; the posterior of the source under it is a rank-one
+update of the belief. Where hypotheses are left, how differently they answer counts as well (in units of that variance).
+"""
+
+import numpy as np
+
+from oio.ranging import concentration
+from oio.records import Array
+from oio.search.view import View, spread_out
+from oio.settings import in_range, settings
+
+
+@settings
+class DOptimal:
+    """Explore first, then choose by expected information per second."""
+
+    explore: int  # moves that spread out before the first belief map
+    around: int  # candidates about each hypothesis
+    anywhere: int  # candidates anywhere
+    distances_m: tuple[float, ...]  # from a hypothesis
+
+    def check(self) -> None:
+        """A map needs at least five measurements (SCIENCE: strength unknown)."""
+        in_range(self, explore=(4, 1000), around=(0, 10_000), anywhere=(1, 10_000))
+
+    def propose(self, view: View, rng: np.random.Generator) -> Array:
+        """The next joint goal (n,) rad."""
+        if view.belief is None or len(view.moves) < self.explore:
+            return spread_out(view, rng)
+        candidates = self._candidates(view, rng)
+        here = view.moves[-1].q if view.moves else view.arm.home
+        cost_s = np.array([view.arm.duration_s(here, q) + view.dwell_s for q in candidates])
+        return np.asarray(candidates[int(np.argmax(information(view, np.array(candidates)) / cost_s))])
+
+    def _candidates(self, view: View, rng: np.random.Generator) -> list[Array]:
+        poses = [view.arm.random_pose(rng) for _ in range(self.anywhere)]
+        start = view.moves[-1].q if view.moves else view.arm.home
+        for place in believed_places(view):
+            for _ in range(self.around if view.arm.dof >= 3 else 0):
+                direction = rng.standard_normal(3)
+                goal = place + rng.choice(self.distances_m) * direction / np.linalg.norm(direction)
+                pose = view.arm.reach(goal, start)
+                if pose is not None:
+                    poses.append(pose)
+        clear = [q for q in poses if keeps_off(view, q)]
+        return clear or poses[:1]
+
+
+def believed_places(view: View) -> list[Array]:
+    """The filter's source first, then the other hypotheses, (3,) m each."""
+    assert view.belief is not None
+    return [view.belief.mean[view.model.at["s"]], *(fit.mean[:3] for fit in view.hypotheses[1:])]
+
+
+def keeps_off(view: View, q: Array) -> bool:
+    """Whether the nose stays near_m away from where the source is believed to be."""
+    return bool(np.linalg.norm(view.arm.nose(q) - believed_places(view)[0]) >= view.near_m)
+
+
+def information(view: View, candidates: Array) -> Array:
+    """Expected gain (k,) of ln det of the source's precision by a sniff at candidates (k, n), plus what it tells of hypotheses."""
+    assert view.belief is not None
+    model, x, cov = view.model, view.belief.mean, view.belief.cov
+    at, s = model.at, model.at["s"].start
+    p, jac = model.arm.nose_jacobian(candidates - x[at["o"]])
+    c, grad, r, rarity = concentration(p, x[s : s + 8], model.law.r_ref_m, model.law.radius_m)
+    variance = _variance(view, c, r, rarity)
+    rows = np.zeros((len(candidates), model.size))
+    rows[:, s : s + 8] = grad
+    rows[:, at["o"]] = np.einsum("ij,ijk->ik", grad[:, :3], jac)
+    to = rows @ cov  # (k, N)
+    total = np.einsum("ij,ij->i", to, rows) + variance
+    prior = cov[at["s"], at["s"]]
+    told = np.einsum("ij,jk,ik->i", to[:, at["s"]], np.linalg.inv(prior), to[:, at["s"]]) / total
+    gain = -np.log(np.maximum(1.0 - told, 1e-9))  # det(P - v v'/S) = det P (1 - v' P^-1 v / S)
+    for other in view.hypotheses[1:]:
+        c_other, _, _, _ = concentration(p, other.mean[:8], model.law.r_ref_m, model.law.radius_m)
+        gain = gain + np.log1p(np.log(c_other / c) ** 2 / variance)
+    return np.asarray(gain)
+
+
+def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
+    fl, law = view.model.fluctuation, view.model.law
+    eddies = np.maximum(view.dwell_s / (fl.t_s * r / law.r_ref_m), 1.0)
+    return fl.gamma**2 * rarity / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-300)) ** 2

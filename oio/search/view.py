@@ -1,0 +1,40 @@
+"""What a strategy sees, and the pose that explores best when nothing is believed yet."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.batch import Fit
+from oio.model import Model
+from oio.records import Array, Belief
+
+
+@dataclass(frozen=True)
+class Move:
+    """A finished move: the goal (n,) rad, which fraction of its readings were bouts, and the mean signal at its end [ppm]."""
+
+    q: Array
+    bouts: float
+    ppm: float
+
+
+@dataclass(frozen=True)
+class View:
+    """The search so far."""
+
+    arm: Arm
+    model: Model
+    belief: Belief | None  # None until the first belief map
+    hypotheses: tuple[Fit, ...]
+    moves: tuple[Move, ...]
+    dwell_s: float
+    near_m: float  # the nose keeps this far from where the source is believed
+
+
+def spread_out(view: View, rng: np.random.Generator, tries: int = 64) -> Array:
+    """Of `tries` random poses the one whose nose is farthest from all sniffed places (maximin design, Johnson et al. 1990)."""
+    candidates = np.array([view.arm.random_pose(rng) for _ in range(tries)])
+    seen = view.arm.nose(np.array([view.arm.home, *(move.q for move in view.moves)]))
+    distance = np.linalg.norm(view.arm.nose(candidates)[:, None, :] - seen[None, :, :], axis=2).min(axis=1)
+    return np.asarray(candidates[int(np.argmax(distance))])

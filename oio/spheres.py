@@ -1,0 +1,82 @@
+"""Trilateration: two spheres meet in a circle, a third leaves two points, a fourth one, the paper's "Voronoi vertex" (section II-D)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from oio.errors import NotObservable
+from oio.records import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Circle:
+    """Centre (3,) m, radius m, unit normal (3,)."""
+
+    centre: Array
+    radius: float
+    normal: Array
+
+
+def circle(c1: Array, r1: float, c2: Array, r2: float) -> Circle:
+    """Where two spheres meet; raises NotObservable if they do not, saying by how much."""
+    between = c2 - c1
+    d = float(np.linalg.norm(between))
+    if d < 1e-9:
+        raise NotObservable("the two spheres have the same centre: move the nose between sniffs.")
+    along = (d * d + r1 * r1 - r2 * r2) / (2 * d)
+    height2 = r1 * r1 - along * along
+    if height2 < 0:
+        gap = max(d - r1 - r2, abs(r1 - r2) - d)
+        raise NotObservable(f"the two spheres miss each other by {1e3 * gap:.1f} mm: a range is off, or the strength is.")
+    return Circle(c1 + along * between / d, float(np.sqrt(height2)), between / d)
+
+
+def two_points(ring: Circle, c3: Array, r3: float) -> tuple[Array, Array]:
+    """Where a circle meets a third sphere: two points, mirror images in the plane of the three centres; NotObservable if nowhere."""
+    offset = c3 - ring.centre
+    height = float(offset @ ring.normal)
+    in_plane = offset - height * ring.normal
+    d = float(np.linalg.norm(in_plane))
+    if d < 1e-9:
+        raise NotObservable("the third centre lies on the axis of the circle: the three centres are in line.")
+    radius2 = r3 * r3 - height * height
+    along = (d * d + ring.radius**2 - radius2) / (2 * d)
+    across2 = ring.radius**2 - along * along
+    if radius2 < 0 or across2 < 0:
+        raise NotObservable("the third sphere misses the circle of the first two: a range is off, or the strength is.")
+    x = in_plane / d
+    across = np.sqrt(across2) * np.cross(ring.normal, x)
+    return ring.centre + along * x + across, ring.centre + along * x - across
+
+
+def vertex(centres: Array, radii: Array) -> Array:
+    """The point (3,) m nearest to being on k >= 4 spheres, by differencing: 2 (p_i - p_0).s = |p_i|^2 - |p_0|^2 - r_i^2 + r_0^2.
+
+    Rows are weighted by 1 / r^2, because the error of a range grows with the range. Raises NotObservable, in words, if the centres
+    (k, 3) lie in a plane or on a line.
+    """
+    if len(centres) < 4:
+        raise NotObservable(f"{len(centres)} spheres leave more than one point; sniff at {4 - len(centres)} more places.")
+    order = np.argsort(radii)
+    p, r = centres[order], radii[order]
+    weight = 1.0 / np.maximum(r[1:], 1e-6) ** 2
+    rows = 2.0 * (p[1:] - p[0]) * weight[:, None]
+    right = (np.sum(p[1:] ** 2, axis=1) - p[0] @ p[0] - r[1:] ** 2 + r[0] ** 2) * weight
+    spread = np.linalg.svd(p[1:] - p[0], compute_uv=False)
+    if spread[2] < 1e-3 * spread[0]:
+        shape = "on a line" if spread[1] < 1e-3 * spread[0] else "in a plane, which leaves two mirror points"
+        raise NotObservable(f"all sniffs lie {shape}; move another joint.")
+    return np.asarray(np.linalg.lstsq(rows, right, rcond=None)[0])
+
+
+def dilution(centres: Array, source: Array) -> float:
+    """Geometric dilution of precision of log-ranging with unknown strength: sqrt(tr (G'G)^-1 of the source) [m per unit of ln C].
+
+    Rows G_i = (-d_i / r_i^2, 1); infinite if the geometry cannot tell.
+    """
+    d = centres - source
+    rows = np.column_stack([d / np.sum(d * d, axis=1, keepdims=True), np.ones(len(d))])
+    information = rows.T @ rows
+    if np.linalg.cond(information) > 1e12:
+        return float("inf")
+    return float(np.sqrt(np.trace(np.linalg.inv(information)[:3, :3])))

@@ -1,0 +1,52 @@
+"""Q and R from the two uncertainties, in both assemblies; everything that was learnt goes to calibration.yaml."""
+
+from typing import ClassVar
+
+from oio.arm import Arm
+from oio.calibration import Baselines, BoutCalibration, Calibration, MapCalibration
+from oio.knowledge import Knowledge, Nominal, calibrated, cold
+from oio.model import Wander
+from oio.pipeline import Context
+from oio.ranging import RangeLaw
+from oio.records import seconds
+from oio.report import calibration_yaml
+from oio.settings import settings
+from oio.uncertainty import Noise, assemble
+
+
+@settings
+class AssembleQR:
+    """Makes what the filters start from."""
+
+    needs: ClassVar[tuple[type, ...]] = (Baselines, BoutCalibration, MapCalibration)
+    assembly: str  # gum, or paper: which of the two the search uses
+    arm: Arm
+    law: RangeLaw
+    wander: Wander
+    nominal: Nominal
+
+    def run(self, context: Context) -> Calibration:
+        """Both assemblies, and the cold start to compare with."""
+        bouts, found, base = context.need(BoutCalibration), context.need(MapCalibration), context.need(Baselines)
+        noises = {name: assemble(name, bouts.last.u_a_ppm, found.type_b) for name in ("gum", "paper")}
+        calibration = Calibration(
+            chosen=self._knowledge(found, noises[self.assembly]),
+            paper=self._knowledge(found, noises["paper"]),
+            cold=cold(self.arm, self.law, self.wander, self.nominal),
+            noise=noises[self.assembly],
+            time_s=seconds(found.ended_ns - base.began_ns),
+            error_ppm=found.error_ppm,
+            u_a_ppm=bouts.last.u_a_ppm,
+            u_b_m=found.type_b.u_b_m,
+            moves=found.moves + sum(rung.moves for rung in bouts.rungs),
+            baselines=base.elements,
+        )
+        text = calibration_yaml(calibration, bouts, found, context.world.t_ns)
+        (context.out / "calibration.yaml").write_text(text, encoding="utf-8")
+        context.log.attach("calibration.yaml", text.encode())
+        figure = f"u_a {calibration.u_a_ppm:.2f} ppm, u_b {1e3 * calibration.u_b_m:.1f} mm"
+        context.log.progress(context.world.t_ns, f"assembly={self.assembly}", figure)
+        return calibration
+
+    def _knowledge(self, found: MapCalibration, noise: Noise) -> Knowledge:
+        return calibrated(found.fit, self.arm, self.law, self.wander, self.nominal, noise)

@@ -1,0 +1,57 @@
+"""Five readings of each element in clean air, y_0..y_4: its offset, its noise, and what a bout must exceed."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from oio.bouts import Baseline as ElementBaseline
+from oio.bouts import baseline
+from oio.calibration import Baselines, Settled
+from oio.pipeline import Context
+from oio.protocols import Sensor
+from oio.records import GasReading, GasSample
+from oio.settings import in_range, settings
+
+PRIOR_READINGS = 10  # the data sheet's noise counts as this many readings when the noise scale is estimated
+
+
+@settings
+class Baseline:
+    """The paper's five readings; the noise scale uses the settled window of the warm-up as well."""
+
+    needs: ClassVar[tuple[type, ...]] = (Settled,)
+    sensor: Sensor
+    samples: int  # per element
+
+    def check(self) -> None:
+        """A standard deviation needs two."""
+        in_range(self, samples=(2, 10_000))
+
+    def run(self, context: Context) -> Baselines:
+        """One baseline per element."""
+        began = context.world.t_ns
+        readings: list[list[GasReading]] = [[] for _ in range(self.sensor.elements)]
+        while min(len(r) for r in readings) < self.samples:
+            for sample in context.world.samples(self.sensor.sample_s):
+                if isinstance(sample, GasSample) and len(readings[sample.element]) < self.samples:
+                    readings[sample.element].append(self.sensor.reading(sample))
+                    context.log.reading(readings[sample.element][-1])
+        elements = tuple(self._element(r) for r in readings)
+        means = ", ".join(f"{e.ppm:.2f}" for e in elements)
+        context.log.progress(context.world.t_ns, "five readings per element", f"{means} ppm")
+        return Baselines(elements, self._noise_scale(readings, context.need(Settled)), began)
+
+    def _element(self, readings: list[GasReading]) -> ElementBaseline:
+        dt_s = self.sensor.sample_s * self.sensor.elements
+        return baseline(np.array([r.ppm for r in readings]), dt_s, self.sensor.tau_rise_s, readings[0].sigma_ppm)
+
+    def _noise_scale(self, readings: list[list[GasReading]], settled: Settled) -> float:
+        """Variance of a reading over its nominal one: data sheet, warm-up and baseline, each by its degrees of freedom."""
+        sums, dof = float(PRIOR_READINGS), float(PRIOR_READINGS)
+        sums += settled.noise_scale * settled.readings
+        dof += settled.readings
+        for element in readings:
+            z = np.array([r.ppm for r in element]) / element[0].sigma_ppm
+            sums += float(np.sum((z - z.mean()) ** 2))
+            dof += len(z) - 1
+        return max(sums / dof, 0.1)

@@ -1,0 +1,85 @@
+"""Climb the DoF ladder toward the beacon with the paper's bandit; the spread of the bouts on each rung is its Type A uncertainty."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.bouts import Bout, BoutDetector, BoutRule, effective_samples
+from oio.calibration import Baselines, BoutCalibration
+from oio.pipeline import Context, sniff
+from oio.places import Source
+from oio.protocols import Sensor
+from oio.records import Array, GasReading
+from oio.search.bandit import Bandit, Values
+from oio.settings import in_range, settings
+from oio.trace import Trace
+from oio.uncertainty import TypeA, type_a
+
+
+@settings
+class CalibrateBouts:
+    """On rung d only the first d joints move."""
+
+    needs: ClassVar[tuple[type, ...]] = (Baselines,)
+    sensor: Sensor
+    arm: Arm
+    bandit: Bandit
+    rule: BoutRule
+    beacon: Source
+    moves_per_rung: int
+    sniff_s: float  # how long each move's sniff lasts at least; two readings of every element at least
+    path_period_s: float
+    trace_limit: int
+
+    def check(self) -> None:
+        """Refuse a climb without moves."""
+        in_range(self, moves_per_rung=(1, 1000), sniff_s=(0.0, 600.0))
+
+    def run(self, context: Context) -> BoutCalibration:
+        """u_a of every rung up to `dof`, and the trace."""
+        context.world.present("beacon")
+        trace = Trace(self.path_period_s, self.trace_limit)
+        rungs = [self._rung(context, dof, trace) for dof in self.arm.ladder if dof <= self.arm.dof]
+        return BoutCalibration(tuple(rungs), trace)
+
+    def _rung(self, context: Context, dof: int, trace: Trace) -> TypeA:
+        k = self.rule.window(dof)
+        detector, values = BoutDetector(self.rule, k, context.need(Baselines).elements), Values.none(dof)
+        steps: list[Bout] = []
+        for move in range(self.moves_per_rung):
+            q = context.world.goal
+            chosen = self.bandit.choose(values, self._allowed(q, dof), context.rng)
+            bouts = self._sniff(context, self.bandit.goal(q, chosen), detector, trace)
+            values = self.bandit.rewarded(values, chosen, float(np.mean([b.fired for b in bouts])) if bouts else 0.0)
+            steps += bouts
+            fired, signal = sum(b.fired for b in steps), steps[-1].smoothed_ppm if steps else 0.0
+            what = f"dof={dof}, move {move + 1} of {self.moves_per_rung}"
+            context.log.progress(context.world.t_ns, what, f"{signal:.1f} ppm above baseline, {fired} bouts")
+        return self._type_a(dof, k, steps)
+
+    def _allowed(self, q: Array, dof: int) -> np.ndarray:
+        """Inside the box, and off the beacon itself."""
+        off = [self._off_beacon(self.bandit.goal(q, i)) for i in range(2 * dof + 1)]
+        return self.bandit.allowed(self.arm, q, dof) & (np.array(off) | (np.arange(2 * dof + 1) == 0))
+
+    def _off_beacon(self, q: Array) -> bool:
+        place = self.beacon.position
+        return place is None or bool(np.linalg.norm(self.arm.nose(q) - np.array(place)) > self.beacon.near_m)
+
+    def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace) -> list[Bout]:
+        dwell_s = max(self.sniff_s, 2 * self.sensor.elements * self.sensor.sample_s)
+        bouts: list[Bout] = []
+        for sensed in sniff(context, self.sensor, goal, dwell_s):
+            trace.add(sensed)
+            bout = detector.feed(sensed) if isinstance(sensed, GasReading) else None
+            if bout is not None:
+                bouts.append(bout)
+        return bouts
+
+    def _type_a(self, dof: int, k: int, steps: list[Bout]) -> TypeA:
+        fired = [b for b in steps if b.fired]
+        spreads = [b.spread_ppm for b in fired or steps]
+        s = float(np.sqrt(np.mean(np.square(spreads)))) if spreads else 0.0
+        worth = effective_samples(k, self.sensor.sample_s, self.sensor.tau_rise_s)
+        return TypeA(dof, k, s, type_a(s, k), type_a(s, worth), len(fired), self.moves_per_rung)

@@ -1,0 +1,117 @@
+"""Fit the range law on the known source, then find that source again and again from five measurements each: the Type B uncertainty."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.batch import Fit, Problem, Weights
+from oio.beacon import beacon_problem, fit_beacon
+from oio.beliefs import BeliefMap, spheres_of
+from oio.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
+from oio.errors import BadInput, NotObservable
+from oio.knowledge import Nominal, calibrated
+from oio.model import Wander
+from oio.pipeline import Context, sniff
+from oio.places import Source
+from oio.protocols import Sensor
+from oio.ranging import RangeLaw
+from oio.records import Array, seconds
+from oio.settings import in_range, settings
+from oio.spheres import vertex
+from oio.trace import Sniffs
+from oio.uncertainty import Noise, localisation
+
+
+@settings
+class MapBeliefs:
+    """Measurements stand around the beacon at given distances, as directions allow; each repeat is judged by a fit of the others."""
+
+    needs: ClassVar[tuple[type, ...]] = (Baselines, BoutCalibration)
+    sensor: Sensor
+    arm: Arm
+    law: RangeLaw
+    wander: Wander
+    belief_map: BeliefMap
+    nominal: Nominal
+    beacon: Source
+    beacon_u_m: float  # how well the beacon's place is known, standard uncertainty per axis
+    distances_m: tuple[float, ...]  # one measurement each; the paper's ideal is five
+    repeats: int
+    dwell_s: float
+    dwell_taus: float  # and so many lags on top
+
+    def check(self) -> None:
+        """A vertex needs four spheres; a spread needs two repeats."""
+        in_range(self, repeats=(2, 100), dwell_s=(0.0, 600.0), dwell_taus=(0.0, 10.0), beacon_u_m=(1e-6, 1.0))
+        if len(self.distances_m) < 4:
+            given = f"stage.map_beliefs.distances_m has {len(self.distances_m)} values"
+            raise BadInput(f"{given}, but a vertex needs at least 4. Type e.g. stage.map_beliefs.distances_m=[0.05,0.06,0.08,0.2,0.25].")
+        if self.beacon.position is None:
+            raise BadInput(
+                "beacon.position is null, but calibration needs a source whose place is known. Type beacon.position=[0.33,0.10,0.16]."
+            )
+
+    def run(self, context: Context) -> MapCalibration:
+        """The fit on all data, the repeats, u_b."""
+        trace, spans, moves = context.need(BoutCalibration).trace, [], 0
+        for repeat in range(self.repeats):
+            began_s = seconds(context.world.t_ns)
+            for i, distance in enumerate(self.distances_m):
+                dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
+                for sensed in sniff(context, self.sensor, self._pose(context, distance), dwell_s):
+                    trace.add(sensed)
+                moves += 1
+                what = f"repeat {repeat + 1} of {self.repeats}, measurement {i + 1} of {len(self.distances_m)}"
+                context.log.progress(context.world.t_ns, what, f"{len(trace)} readings")
+            spans.append((began_s, seconds(context.world.t_ns)))
+        fit = self._fit(context, trace.frozen())
+        worth = Weights(self._problem(context, trace.frozen()), fit.mean, fit.fluctuation).independent
+        repeats = tuple(self._repeat(context, trace.frozen(), span) for span in spans)
+        self._draw(context, repeats[-1])
+        type_b = localisation(np.array([r.miss_m for r in repeats]), len(self.distances_m) - 1)
+        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves, worth)
+
+    def _pose(self, context: Context, distance_m: float) -> Array:
+        """A pose at that distance from the beacon, in a random direction; any pose where the arm cannot choose its distance."""
+        if self.arm.dof >= 3:
+            for _ in range(200):
+                direction = context.rng.standard_normal(3)
+                goal = np.array(self.beacon.position) + distance_m * direction / np.linalg.norm(direction)
+                pose = self.arm.reach(goal, context.world.goal)
+                if pose is not None:
+                    return pose
+        return self.arm.random_pose(context.rng)
+
+    def _fit(self, context: Context, sniffs: Sniffs) -> Fit:
+        return fit_beacon(self._problem(context, sniffs), context.need(Baselines).noise_scale)
+
+    def _problem(self, context: Context, sniffs: Sniffs) -> Problem:
+        base = context.need(Baselines)
+        offsets = np.array([b.ppm for b in base.elements]), np.array([b.u_ppm for b in base.elements])
+        place = np.array(self.beacon.position), self.beacon_u_m
+        return beacon_problem(sniffs, self.arm, self.law, self.nominal, offsets, place)
+
+    def _repeat(self, context: Context, sniffs: Sniffs, span: tuple[float, float]) -> Repeat:
+        """One trilateration with the law fitted without its own readings."""
+        law = self._fit(context, sniffs.without(*span))
+        known = calibrated(law, self.arm, self.law, self.wander, self.nominal, Noise.nominal())
+        own = sniffs.between(*span)
+        refined = self.belief_map.locate(own, known)[0]
+        centres, radii = spheres_of(own, law, self.arm, self.law, len(self.distances_m))
+        try:
+            point = vertex(centres, radii)
+        except NotObservable:
+            point = None
+        miss = float(np.linalg.norm(refined.mean[:3] - np.array(self.beacon.position)))
+        return Repeat(centres, radii, point, refined.mean[:3], refined.cov[:3, :3], miss)
+
+    def _draw(self, context: Context, repeat: Repeat) -> None:
+        text = f"vertex {1e3 * repeat.miss_m:.0f} mm off"
+        context.log.spheres(context.world.t_ns, repeat.centres_m, repeat.radii_m, [(repeat.refined_m, repeat.refined_cov_m2)], text)
+
+    def _error_ppm(self, context: Context) -> float:
+        """Combined standard uncertainty of a bout's mean signal: Type A of the top rung and the offsets'."""
+        base = context.need(Baselines).elements
+        offsets = sum(b.u_ppm**2 for b in base) / len(base) ** 2
+        return float(np.hypot(context.need(BoutCalibration).last.u_a_effective_ppm, np.sqrt(offsets)))

@@ -1,0 +1,79 @@
+"""Wait in clean air until the sensor has settled: no slope, or none that the sensor's own figure of rest would call one."""
+
+from collections import deque
+from typing import ClassVar
+
+import numpy as np
+
+from oio.calibration import Settled
+from oio.errors import NotSettled
+from oio.pipeline import Context
+from oio.protocols import Sensor
+from oio.records import GasReading, GasSample, seconds
+from oio.settings import in_range, settings
+
+Window = list[deque[GasReading]]
+
+
+@settings
+class WarmUp:
+    """A line is fitted to the last readings of each element; warm-up ends when every slope is small, or small against its error."""
+
+    needs: ClassVar[tuple[type, ...]] = ()
+    sensor: Sensor
+    readings: int  # per element in the window
+    max_s: float  # then the stage gives up
+
+    def check(self) -> None:
+        """Refuse windows too short for a line with an error."""
+        in_range(self, readings=(4, 10_000), max_s=(0.1, 1e6))
+
+    def run(self, context: Context) -> Settled:
+        """Returns the slopes at the end; raises NotSettled with the measured slope after max_s."""
+        context.world.present("none")
+        began, window = context.world.t_ns, [deque[GasReading](maxlen=self.readings) for _ in range(self.sensor.elements)]
+        while (waited := seconds(context.world.t_ns - began)) < self.max_s:
+            for sample in context.world.samples(self.sensor.sample_s * self.sensor.elements):
+                if isinstance(sample, GasSample):
+                    reading = self.sensor.reading(sample)
+                    context.log.reading(reading)
+                    window[reading.element].append(reading)
+            if min(len(w) for w in window) == self.readings:
+                slopes = [_slope_ppm_per_min(w) for w in window]
+                worst = max(slopes, key=lambda pair: abs(pair[0]))
+                context.log.progress(context.world.t_ns, "slope to vanish", f"{worst[0]:+.2f} +- {worst[1]:.2f} ppm/min")
+                if all(abs(slope) <= max(self.sensor.settled_ppm_per_min, 2.0 * u) for slope, u in slopes):
+                    return self._settled(window, slopes, seconds(context.world.t_ns - began))
+        raise NotSettled(self._complaint(waited, window))
+
+    def _settled(self, window: Window, slopes: list[tuple[float, float]], waited_s: float) -> Settled:
+        ratio = [_variance_about_line(w) / w[-1].sigma_ppm ** 2 for w in window]
+        return Settled(
+            waited_s, tuple(s for s, _ in slopes), tuple(u for _, u in slopes), float(np.mean(ratio)), self.readings * len(window)
+        )
+
+    def _complaint(self, waited_s: float, window: Window) -> str:
+        if min(len(w) for w in window) < self.readings:
+            got = min(len(w) for w in window)
+            return f"only {got} readings per element came in {waited_s:.0f} s, {self.readings} are needed; raise stage.warm_up.max_s."
+        slope = max((_slope_ppm_per_min(w)[0] for w in window), key=abs)
+        return (
+            f"sensor '{self.sensor.name}' still drifts by {slope:+.2f} ppm/min after {waited_s:.0f} s; "
+            f"{self.sensor.settled_ppm_per_min:g} ppm/min is allowed. Leave it on longer, or raise stage.warm_up.max_s."
+        )
+
+
+def _line(window: deque[GasReading]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    t = np.array([seconds(r.t_ns) for r in window]) / 60.0
+    y = np.array([r.ppm for r in window])
+    return t - t.mean(), y, np.polyfit(t - t.mean(), y, 1)
+
+
+def _variance_about_line(window: deque[GasReading]) -> float:
+    t, y, line = _line(window)
+    return float(np.sum((y - np.polyval(line, t)) ** 2) / (len(y) - 2))
+
+
+def _slope_ppm_per_min(window: deque[GasReading]) -> tuple[float, float]:
+    t, _, line = _line(window)
+    return float(line[0]), float(np.sqrt(_variance_about_line(window) / np.sum(t**2)))
