@@ -89,6 +89,11 @@ class Arm:
         """The rest pose of the unlocked joints (n,) rad."""
         return np.array(self.home_rad[: self.dof])
 
+    @property
+    def shoulder(self) -> Array:
+        """Where the first joint sits (3,) m: bearings are seen from here."""
+        return self._chain.poses[0, :3, 3]
+
     def nose(self, q_rad: Array) -> Array:
         """Nose position p_base_nose (..., 3) m from unlocked joints q_rad (..., n)."""
         return self.nose_jacobian(q_rad)[0]

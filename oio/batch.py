@@ -2,12 +2,9 @@
 
 theta = (s (3) m | l | n | k (3) 1/m | o (dof) rad | a (dof) rad/s^2 | ln g (E) | ln tau factor | b (E) ppm)
 
-Reading i of element e at time t:  z_i = g_e f(t_i) + b_e + noise,  f the lagged mean concentration at the nose p(q - o - a t^2 / 2).
-Gas fluctuates in proportion to itself, more where the plume comes seldom, and slowly:  var z_i = R_i + gamma^2 I (g f)^2  with
-I = exp(|k| r - k.d) (how much rarer the plume is here than on its axis: a plume that is there a fraction p of the time has variance
-mean^2 (1/p - 1)), correlated over T r / r_ref (an eddy takes longer to pass where the plume is wide). Neighbours are whitened (Cochrane &
-Orcutt 1949) with weights from the last fit. Known things enter as tight priors, so that one fit serves the beacon (s known) and the
-search (s unknown). Gauss-Newton/Levenberg-Marquardt: scipy.
+Reading i of element e at time t:  z_i = g_e f(t_i) + b_e + noise,  f the lagged mean concentration at the nose p(q - o - a t^2 / 2);
+the noise is that of `oio.fluctuation`. Known things enter as tight priors, so that one fit serves the beacon (s known) and the search
+(s unknown). Gauss-Newton/Levenberg-Marquardt by scipy, with weights from the last pass.
 """
 
 from dataclasses import dataclass
@@ -16,6 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from oio.arm import Arm
+from oio.fluctuation import Along, Fluctuation, whiten
 from oio.ranging import RangeLaw, concentration, lagged
 from oio.records import Array
 from oio.trace import Sniffs
@@ -64,17 +62,8 @@ class Layout:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fluctuation:
-    """The gas as read: var = scale * sigma_reading^2 + gamma^2 I mean^2, the second part correlated over t_s * r / r_ref."""
-
-    scale: float
-    gamma: float
-    t_s: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Answer of `solve`: mean and cov of theta, chi2 with prior, and the lagged mean concentration at the end of the trace."""
+    """Answer of `solve`: mean and cov of theta, -2 ln posterior up to a constant, lagged mean concentration at the end of the trace."""
 
     layout: Layout
     mean: Array
@@ -82,18 +71,18 @@ class Fit:
     chi2: float
     lagged_ppm: float
     fluctuation: Fluctuation
+    readings: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), lagged concentration on the path (k,) ppm,
-    and at the readings the distance r (m,) m and the rarity I (m,)."""
+    """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), the lagged concentration at the end of the path
+    [ppm], and the mean field along the path."""
 
     ppm: Array
     rows: Array
-    lagged: Array
-    r_m: Array
-    rarity: Array
+    lagged_ppm: float
+    along: Along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,7 +113,7 @@ class Problem:
         dc = c[:, None] * np.concatenate([grad, by_q, t2[:, None] * by_q], axis=1)
         factor = np.exp(theta[lay.tau])
         dt = np.diff(sn.t_s, prepend=sn.t_s[0])
-        f, df, df_tau = lagged(c, dc, dt, self.rise_s * factor, self.fall_s * factor, self._start(theta))
+        f, df, df_tau, phi = lagged(c, dc, dt, self.rise_s * factor, self.fall_s * factor, self._start(theta))
         gain = np.exp(theta[lay.gain])[sn.element]
         h = gain * f[sn.at]
         rows = np.zeros((len(sn.at), lay.size))
@@ -132,7 +121,8 @@ class Problem:
         rows[np.arange(len(sn.at)), lay.gain.start + sn.element] = h
         rows[:, lay.tau] = gain * df_tau[sn.at]
         rows[np.arange(len(sn.at)), lay.baseline.start + sn.element] = 1.0
-        return Expected(h, rows, f, r[sn.at], rarity[sn.at])
+        along = Along(dt, phi, c * np.sqrt(rarity), r / self.law.r_ref_m, sn.at, gain, sn.sigma_ppm**2)
+        return Expected(h, rows, float(f[-1]), along)
 
     def _start(self, theta: Array) -> float:
         lay, e = self.layout, int(self.sniffs.element[0])
@@ -148,62 +138,29 @@ def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
     root = np.linalg.cholesky(problem.cov)
     theta = start
     for _ in range(PASSES):
-        weigh = Weights(problem, theta, noise)
+        along = problem.predict(theta).along
         u = least_squares(
-            lambda u, w=weigh: np.concatenate([w.white(_residual(problem, problem.mean + root @ u)), u]),
+            lambda u, w=along: np.concatenate([_white(problem, problem.mean + root @ u, w, noise), u]),
             np.linalg.solve(root, theta - problem.mean),
-            jac=lambda u, w=weigh: np.concatenate([-w.white(problem.predict(problem.mean + root @ u).rows) @ root, np.eye(len(u))]),
+            jac=lambda u, w=along: np.concatenate([-_white_rows(problem, problem.mean + root @ u, w, noise) @ root, np.eye(len(u))]),
             method="lm", max_nfev=30, xtol=1e-6, ftol=1e-6,
         )  # fmt: skip
         theta = problem.mean + root @ u.x
-    weigh, expected = Weights(problem, theta, noise), problem.predict(theta)
-    rows = np.concatenate([weigh.white(expected.rows) @ root, np.eye(len(theta))])
+    return _finished(problem, theta, root, noise)
+
+
+def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation) -> Fit:
+    expected = problem.predict(theta)
+    rows = np.concatenate([whiten(expected.rows, expected.along, noise).rows @ root, np.eye(len(theta))])
     cov = root @ np.linalg.inv(rows.T @ rows) @ root.T
-    u_end = np.linalg.solve(root, theta - problem.mean)
-    chi2 = weigh.minus_2_log_likelihood(problem.residual(theta, expected.ppm)) + float(u_end @ u_end)
-    return Fit(problem.layout, theta, 0.5 * (cov + cov.T), chi2, float(expected.lagged[-1]), noise)
+    u = np.linalg.solve(root, theta - problem.mean)
+    fit = whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise).minus_2_log_likelihood
+    return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm))
 
 
-def _residual(problem: Problem, theta: Array) -> Array:
-    return problem.residual(theta, problem.predict(theta).ppm)
+def _white(problem: Problem, theta: Array, along: Along, noise: Fluctuation) -> Array:
+    return whiten(problem.residual(theta, problem.predict(theta).ppm)[:, None], along, noise).rows[:, 0]
 
 
-class Weights:
-    """Whitening of residuals: standard deviations and neighbour correlations, frozen at one theta."""
-
-    def __init__(self, problem: Problem, theta: Array, noise: Fluctuation) -> None:
-        expected, sn = problem.predict(theta), problem.sniffs
-        white = noise.scale * sn.sigma_ppm**2
-        gas = (noise.gamma * expected.ppm) ** 2 * expected.rarity
-        self.sigma = np.sqrt(white + gas)
-        share, t = gas / (white + gas), noise.t_s * expected.r_m / problem.law.r_ref_m
-        passing = np.exp(-np.diff(sn.reading_t_s) / np.sqrt(t[1:] * t[:-1]))
-        self.rho = np.sqrt(share[1:] * share[:-1]) * passing
-        self.left = np.sqrt(1.0 - self.rho**2)
-
-    def white(self, rows: Array) -> Array:
-        """Residuals (m,) or rows (m, P) to unit variance and no neighbour correlation."""
-        scaled = rows / (self.sigma if rows.ndim == 1 else self.sigma[:, None])
-        rho, left = (self.rho, self.left) if rows.ndim == 1 else (self.rho[:, None], self.left[:, None])
-        return np.concatenate([scaled[:1], (scaled[1:] - rho * scaled[:-1]) / left])
-
-    @property
-    def independent(self) -> float:
-        """How many independent readings they are worth: sum of (1 - rho) / (1 + rho) over neighbours."""
-        return 1.0 + float(np.sum((1.0 - self.rho) / (1.0 + self.rho)))
-
-    def minus_2_log_likelihood(self, residual: Array) -> float:
-        """-2 ln L of residuals (m,), up to a constant."""
-        white = self.white(residual)
-        return float(white @ white + 2.0 * np.sum(np.log(self.sigma)) + 2.0 * np.sum(np.log(self.left)))
-
-
-GAMMAS = np.geomspace(0.02, 1.5, 14)
-TIMES_S = np.geomspace(0.1, 20.0, 12)
-
-
-def fluctuation(problem: Problem, theta: Array, scale: float) -> Fluctuation:
-    """How the gas fluctuates about a fit: gamma and T of greatest likelihood of its residuals, on a grid; `scale` is the baseline's."""
-    residual = _residual(problem, theta)
-    choices = [Fluctuation(scale, float(g), float(t)) for g in GAMMAS for t in TIMES_S]
-    return min(choices, key=lambda noise: Weights(problem, theta, noise).minus_2_log_likelihood(residual))
+def _white_rows(problem: Problem, theta: Array, along: Along, noise: Fluctuation) -> Array:
+    return whiten(problem.predict(theta).rows, along, noise).rows

@@ -3,7 +3,8 @@
 import numpy as np
 
 from oio.arm import Arm
-from oio.batch import Fit, Fluctuation, Problem, fluctuation, solve
+from oio.batch import Fit, Problem, solve
+from oio.fluctuation import Fluctuation, fitted
 from oio.knowledge import Nominal, prior
 from oio.ranging import RangeLaw
 from oio.records import Array
@@ -28,7 +29,8 @@ def fit_beacon(problem: Problem, noise_scale: float) -> Fit:
     guess = Fluctuation(noise_scale, problem.law.gamma, problem.law.eddy_s)
     fit = min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
     for _ in range(2):
-        fit = solve(problem, fit.mean, fluctuation(problem, fit.mean, noise_scale))
+        expected = problem.predict(fit.mean)
+        fit = solve(problem, fit.mean, fitted(problem.residual(fit.mean, expected.ppm), expected.along, noise_scale))
     return fit
 
 

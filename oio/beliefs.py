@@ -47,7 +47,8 @@ class BeliefMap:
         """The best coarse places that lie apart; the strength of each by weighted least squares, where the reading is linear in it."""
         arm, weigh = known.model.arm, known.model.fluctuation
         places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
-        tried = sorted((_with_strength(problem, place, weigh.gamma) for place in places), key=lambda pair: pair[0])
+        begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
+        tried = sorted((with_strength(problem, theta, weigh.gamma) for theta in begun), key=lambda pair: pair[0])
         starts: list[Array] = []
         for _, theta in tried:
             if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
@@ -67,10 +68,10 @@ def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
     return Problem(sniffs, m.arm, m.law, m.elements, m.rise_s / factor, m.fall_s / factor, mean, cov)
 
 
-def _with_strength(problem: Problem, place: Array, gamma: float) -> tuple[float, Array]:
-    theta = np.array(problem.mean)
-    theta[:3] = place
-    h, sn = problem.predict(theta).ppm, problem.sniffs
+def with_strength(problem: Problem, start: Array, gamma: float) -> tuple[float, Array]:
+    """theta (P,) with the ln strength of least squares, which is linear in it, and the sum of squares."""
+    theta, sn = np.array(start), problem.sniffs
+    h = problem.predict(theta).ppm
     z = problem.residual(theta, np.zeros_like(h))
     weight = 1.0 / (sn.sigma_ppm**2 + (gamma * z) ** 2)
     factor = max(float(weight @ (h * z)) / max(float(weight @ (h * h)), 1e-300), 1e-6)

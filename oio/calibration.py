@@ -65,7 +65,6 @@ class MapCalibration:
     ended_ns: int
     error_ppm: float
     moves: int
-    independent: float  # independent readings behind the fit
 
 
 @dataclass(frozen=True)

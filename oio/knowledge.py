@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from oio.arm import Arm
-from oio.batch import Fit, Fluctuation, Layout
+from oio.batch import Fit, Layout
+from oio.fluctuation import Fluctuation
 from oio.model import Model, Wander
 from oio.ranging import RangeLaw
 from oio.records import Array

@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from oio.arm import Arm
-from oio.batch import Fit, Fluctuation
+from oio.batch import Fit
+from oio.fluctuation import Fluctuation
 from oio.ranging import RangeLaw, concentration
 from oio.records import Array, Belief, GasReading, JointState, seconds
 from oio.settings import settings

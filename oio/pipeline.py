@@ -35,6 +35,8 @@ class Watched:
 
     def samples(self, for_s: float) -> Iterator[Sample]:
         """Let `for_s` seconds pass; yield joint states and gas samples in time order."""
+        # where a span began: worlds end a span on their own ticks, and a replay must end it where this one did
+        self._log.write(Event(self.t_ns, "span", repr(float(for_s))))
         for sample in self._world.samples(for_s):
             self._log.write(sample)
             if isinstance(sample, JointState | GasSample):
@@ -44,7 +46,7 @@ class Watched:
         """Begin a smooth move to q_rad (n,); returns the seconds it takes. Raises BadInput for a goal out of limits."""
         goal = self._arm.checked(q_rad)
         over_s = max(self._arm.duration_s(self._goal, goal), 0.1)
-        self._log.write(Event(self.t_ns, "move", f"{over_s:.3f} s to {np.round(goal, 4).tolist()}"))
+        self._log.write(Event(self.t_ns, "move", move_text(goal, over_s)))
         self._world.move(goal, over_s)
         self._goal = goal
         return over_s
@@ -58,6 +60,11 @@ class Watched:
     def goal(self) -> Array:
         """The joints (n,) rad last asked for."""
         return self._goal
+
+
+def move_text(goal: Array, over_s: float) -> str:
+    """How a command stands in the log; a replay compares its commands with these."""
+    return f"{over_s:.3f} s to {np.round(goal, 4).tolist()}"
 
 
 @dataclass(frozen=True)

@@ -89,13 +89,14 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
 
 
 @numba.njit(cache=True)
-def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) -> tuple[Array, Array, Array]:
+def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) -> tuple[Array, Array, Array, Array]:
     """First-order lag with different rise and fall: f_i = phi f_{i-1} + (1 - phi) c_i, phi = exp(-dt_i / tau).
 
-    c (k,) ppm and dc (k, m) its sensitivities, dt (k,) s before each step. Returns f (k,), df (k, m) and df/d ln(tau) (k,).
+    c (k,) ppm and dc (k, m) its sensitivities, dt (k,) s before each step. Returns f (k,), df (k, m),
+    df/d ln(tau) (k,) and phi (k,).
     """
     k, m = dc.shape
-    f, df, df_tau = np.empty(k), np.empty((k, m)), np.empty(k)
+    f, df, df_tau, factor = np.empty(k), np.empty((k, m)), np.empty(k), np.empty(k)
     state, sensitivity, to_tau = f0, np.zeros(m), 0.0
     for i in range(k):
         tau = rise if c[i] > state else fall
@@ -104,6 +105,6 @@ def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) 
         state = phi * state + (1.0 - phi) * c[i]
         for j in range(m):
             sensitivity[j] = phi * sensitivity[j] + (1.0 - phi) * dc[i, j]
-        f[i], df_tau[i] = state, to_tau
+        f[i], df_tau[i], factor[i] = state, to_tau, phi
         df[i] = sensitivity
-    return f, df, df_tau
+    return f, df, df_tau, factor

@@ -120,5 +120,4 @@ def _matrix(a: Array) -> list[list[float]]:
 
 
 def _dof(found: MapCalibration) -> float:
-    """Readings behind the fit less its parameters is what a dull count gives; fluctuations make far fewer of them independent."""
-    return max(found.independent - found.fit.layout.size, 1.0)
+    return max(found.fit.readings - found.fit.layout.size, 1)

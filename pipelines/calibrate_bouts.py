@@ -60,8 +60,8 @@ class CalibrateBouts:
 
     def _allowed(self, q: Array, dof: int) -> np.ndarray:
         """Inside the box, and off the beacon itself."""
-        off = [self._off_beacon(self.bandit.goal(q, i)) for i in range(2 * dof + 1)]
-        return self.bandit.allowed(self.arm, q, dof) & (np.array(off) | (np.arange(2 * dof + 1) == 0))
+        off = np.array([i == 0 or self._off_beacon(self.bandit.goal(q, i)) for i in range(2 * dof + 1)])
+        return np.logical_and(self.bandit.allowed(self.arm, q, dof), off)
 
     def _off_beacon(self, q: Array) -> bool:
         place = self.beacon.position

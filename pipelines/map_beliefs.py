@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from oio.arm import Arm
-from oio.batch import Fit, Problem, Weights
+from oio.batch import Fit, Problem
 from oio.beacon import beacon_problem, fit_beacon
 from oio.beliefs import BeliefMap, spheres_of
 from oio.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
@@ -66,11 +66,10 @@ class MapBeliefs:
                 context.log.progress(context.world.t_ns, what, f"{len(trace)} readings")
             spans.append((began_s, seconds(context.world.t_ns)))
         fit = self._fit(context, trace.frozen())
-        worth = Weights(self._problem(context, trace.frozen()), fit.mean, fit.fluctuation).independent
         repeats = tuple(self._repeat(context, trace.frozen(), span) for span in spans)
         self._draw(context, repeats[-1])
         type_b = localisation(np.array([r.miss_m for r in repeats]), len(self.distances_m) - 1)
-        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves, worth)
+        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves)
 
     def _pose(self, context: Context, distance_m: float) -> Array:
         """A pose at that distance from the beacon, in a random direction; any pose where the arm cannot choose its distance."""

@@ -5,10 +5,9 @@ from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
 from oio.errors import BadInput, WorldEnded
 from oio.log import read_end, read_metadata, read_samples
+from oio.pipeline import move_text
 from oio.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds, seconds
 from oio.settings import settings
 
@@ -52,7 +51,7 @@ class Played:
 
     def move(self, q_rad: Array, over_s: float) -> None:
         """Nothing moves: the joints are those of the log. If the log has another command here, an Event will say so."""
-        self._compare("move", f"{over_s:.3f} s to {np.round(q_rad, 4).tolist()}")  # the words of `oio.pipeline.Watched.move`
+        self._compare("move", move_text(q_rad, over_s))
 
     def present(self, source: str) -> None:
         """Nothing opens; compared with the log as `move` is."""

@@ -63,6 +63,8 @@ class Nose:
     elements: int  # 1, or 2 that are read in turn
     background_ppm: float  # of that gas in the room
     emission_ml_s: float  # pure gas that a source lets out (1 ml/s is 1 ppm m^3/s)
+    accuracy_ppm: float  # standard uncertainty of an uncalibrated reading in clean air
+    resolution_ppm: float  # white noise of one reading in clean air
     settled_ppm_per_min: float  # slope below which warm-up is over
     dynamics: Dynamics
     spread: Spread
@@ -70,7 +72,15 @@ class Nose:
 
     def check(self) -> None:
         """Refuse a senseless number of elements and negative amounts."""
-        in_range(self, elements=(1, 2), background_ppm=(0, 1e6), emission_ml_s=(0, 1e4), settled_ppm_per_min=(1e-9, 1e6))
+        in_range(
+            self,
+            elements=(1, 2),
+            background_ppm=(0, 1e6),
+            emission_ml_s=(0, 1e4),
+            accuracy_ppm=(0, 1e6),
+            resolution_ppm=(1e-9, 1e6),
+            settled_ppm_per_min=(1e-9, 1e6),
+        )
 
     @property
     def sample_s(self) -> float:

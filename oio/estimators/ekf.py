@@ -19,7 +19,8 @@ class Ekf:
     def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
         """Propagate to the time of `joints`."""
         mean, jacobian, q = model.transition(belief.mean, seconds(joints.t_ns - belief.t_ns), joints)
-        return Belief(joints.t_ns, mean, jacobian @ belief.cov @ jacobian.T + q)
+        cov = jacobian @ belief.cov @ jacobian.T + q
+        return Belief(joints.t_ns, mean, 0.5 * (cov + cov.T))
 
     def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""

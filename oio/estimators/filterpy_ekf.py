@@ -24,7 +24,7 @@ class FilterpyEkf:
         ekf = _loaded(belief)
         ekf.F, ekf.Q = jacobian, q
         ekf.predict()
-        return Belief(joints.t_ns, mean, ekf.P)
+        return Belief(joints.t_ns, mean, 0.5 * (ekf.P + ekf.P.T))
 
     def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""

@@ -44,4 +44,5 @@ def _only_estimated(model: Model, cov: Array, p: Array, mean: Array) -> Array:
     c, grad, _, _ = concentration(p[None, :], mean[s : s + 8], model.law.r_ref_m, model.law.radius_m)
     to = np.diag(keep)
     to[at["f"].start, s : s + 4] = c[0] * grad[0, :4]
-    return to @ cov @ to.T + 1e-18 * np.eye(model.size)
+    new = to @ cov @ to.T + 1e-18 * np.eye(model.size)
+    return np.asarray(0.5 * (new + new.T))

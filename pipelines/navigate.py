@@ -1,0 +1,113 @@
+"""Find a source at a new, unknown place: explore, map, then sniff where it tells most, until the belief is narrow enough to say so."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from oio.arm import Arm
+from oio.beliefs import BeliefMap
+from oio.bouts import BoutDetector, BoutRule
+from oio.calibration import Calibration, Navigation
+from oio.odometry import Odometry
+from oio.pipeline import Context, sniff
+from oio.protocols import Estimator, Sensor, Strategy
+from oio.records import GasReading, JointState, seconds
+from oio.search.view import Move, View
+from oio.settings import in_range, settings
+
+
+@settings
+class Navigate:
+    """The closed loop. The stop rule looks at the belief and the bouts only; it never sees the truth."""
+
+    needs: ClassVar[tuple[type, ...]] = (Calibration,)
+    sensor: Sensor
+    arm: Arm
+    estimator: Estimator
+    belief_map: BeliefMap
+    strategy: Strategy
+    rule: BoutRule
+    explore: int  # moves before the first belief map
+    max_moves: int
+    max_s: float
+    dwell_s: float
+    dwell_taus: float  # and so many lags on top
+    near_m: float  # the nose keeps this far from where the source is believed
+    declare_sd_m: float  # found when the source's standard deviation (root of the covariance's trace) is below this ...
+    declare_near_m: float  # ... the nose has sniffed within this of it ...
+    declare_nis: float  # ... and the mean NIS is below this; above it the map is made anew
+
+    def check(self) -> None:
+        """Refuse a search that cannot begin or end."""
+        in_range(self, explore=(4, 1000), max_moves=(self.explore, 10_000), max_s=(1.0, 1e6), dwell_s=(0, 600), dwell_taus=(0, 10))
+        in_range(self, near_m=(0, 10), declare_sd_m=(1e-5, 10), declare_near_m=(1e-3, 10), declare_nis=(1, 1e6))
+
+    def run(self, context: Context) -> Navigation:
+        """Searches with the calibrated filter in the chosen assembly; every belief goes to the log."""
+        context.world.present("source")
+        odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
+        began, maps, ends, moves = context.world.t_ns, list[int](), list[int](), list[Move]()
+        detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
+        declared = False
+        while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
+            moves.append(self._move(context, odometry, detector, tuple(moves)))
+            ends.append(context.world.t_ns)
+            if self._map_due(odometry, len(moves)):
+                odometry.locate()
+                maps.append(context.world.t_ns)
+            self._tell(context, odometry, len(moves))
+            declared = self._found(odometry, tuple(moves))
+        source = odometry.source()
+        place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
+        spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
+        return Navigation(began, context.world.t_ns, tuple(maps), tuple(ends), declared, place, spread)
+
+    def _move(self, context: Context, odometry: Odometry, detector: BoutDetector, moves: tuple[Move, ...]) -> Move:
+        dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
+        view = View(self.arm, odometry.known.model, odometry.belief, odometry.hypotheses, moves, dwell_s, self.near_m)
+        goal = self.strategy.propose(view, context.rng)
+        fired, signal = [0], 0.0
+        for sensed in sniff(context, self.sensor, goal, dwell_s):
+            if isinstance(sensed, JointState):
+                odometry.joints(sensed)
+                continue
+            self._log(context, odometry, sensed)
+            bout = detector.feed(sensed)
+            if bout is not None:
+                fired.append(int(bout.fired))
+                signal = bout.smoothed_ppm
+        return Move(goal, float(np.mean(fired)), signal)
+
+    def _log(self, context: Context, odometry: Odometry, reading: GasReading) -> None:
+        innovation = odometry.reading(reading)
+        nose = odometry.nose()
+        if innovation is None or odometry.belief is None or nose is None:
+            return
+        context.log.innovation(innovation)
+        context.log.estimate(odometry.belief, odometry.known.model.names, odometry.known.model.units)
+        context.log.odometry(reading.t_ns, *nose)
+
+    def _map_due(self, odometry: Odometry, moves: int) -> bool:
+        """First after exploring; again while hypotheses compete or the filter is surprised more than it should be."""
+        if moves < self.explore:
+            return False
+        return odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis)
+
+    def _found(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
+        source = odometry.source()
+        if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis):
+            return False
+        noses = self.arm.nose(np.array([move.q for move in moves]) - odometry.belief.mean[odometry.known.model.at["o"]])
+        near = np.min(np.linalg.norm(noses - source[0], axis=1)) < self.declare_near_m
+        return bool(near and np.sqrt(np.trace(source[1])) < self.declare_sd_m)
+
+    def _tell(self, context: Context, odometry: Odometry, moves: int) -> None:
+        source = odometry.source()
+        if source is None:
+            context.log.progress(context.world.t_ns, f"exploring, move {moves} of {self.explore}", "no belief yet")
+            return
+        hypotheses = [(fit.mean[:3], fit.cov[:3, :3]) for fit in odometry.hypotheses[1:]]
+        text = f"source +- {1e3 * np.sqrt(np.trace(source[1])):.0f} mm"
+        nothing = np.zeros((0, 3)), np.zeros(0)
+        context.log.spheres(context.world.t_ns, *nothing, [source, *hypotheses], text)
+        context.log.progress(context.world.t_ns, f"move {moves}, until +- {1e3 * self.declare_sd_m:.0f} mm", text)
