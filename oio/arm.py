@@ -152,6 +152,11 @@ class Arm:
             q = np.clip(q + np.clip(step, -0.3, 0.3), self.low_rad, self.high_rad)
         return None
 
+    def clearance_m(self, q_from: Array, q_to: Array, p_m: Array) -> float:
+        """How near the nose comes to p_m (3,) on its way (a straight line in joint space) after the first quarter of it [m]."""
+        way = q_from + np.linspace(0.25, 1.0, 10)[:, None] * (q_to - q_from)
+        return float(np.min(np.linalg.norm(self.nose(way) - p_m, axis=1)))
+
     def random_pose(self, rng: np.random.Generator) -> Array:
         """A uniformly drawn pose (n,) inside limits and box; raises BadInput if the box leaves no room."""
         for _ in range(10_000):

@@ -24,10 +24,10 @@ def beacon_problem(
     return Problem(sniffs, arm, law, nominal.elements, nominal.rise_s, nominal.fall_s, mean, cov)
 
 
-def fit_beacon(problem: Problem, noise_scale: float) -> Fit:
-    """Best of still air and WINDS winds by likelihood; then fluctuation and answer in turn."""
+def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) -> Fit:
+    """Best of still air and WINDS winds by likelihood, or begun `like` a fit of much the same data; then fluctuation and answer in turn."""
     guess = Fluctuation(noise_scale, problem.law.gamma, problem.law.eddy_s)
-    fit = min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
+    fit = like or min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
     for _ in range(2):
         expected = problem.predict(fit.mean)
         fit = solve(problem, fit.mean, fitted(problem.residual(fit.mean, expected.ppm), expected.along, noise_scale))

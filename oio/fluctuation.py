@@ -1,9 +1,10 @@
 """How gas fluctuates about its mean, and readings made independent of each other by that.
 
-The gas at the nose is c (1 + sqrt(I) m): m an Ornstein-Uhlenbeck process of variance gamma^2 and correlation time T r / r_ref (an eddy
-takes longer to pass where the plume is wide), I the rarity of the plume there (a plume that is there a fraction p of the time has
-variance mean^2 (1/p - 1)). The sensor's lag smooths it, white noise is added. So the deviation of the readings from their mean is a linear
-process of two states, the lagged deviation and m; a Kalman filter with frozen gains turns residuals into independent ones of variance
+The gas at the nose is c (1 + h m): m an Ornstein-Uhlenbeck process of variance gamma^2 and correlation time r / (r_ref / T + v), because an
+eddy as wide as the plume there passes with the gas's own speed and the nose's v. h^2 = I + (n u_p / gamma r)^2: I is the rarity of the
+plume there (a plume that is there a fraction p of the time has variance mean^2 (1/p - 1)), and u_p, how well the kinematics know where the
+nose is from one moment to the next (free play), counts the more the nearer the source is. The sensor's lag smooths it, white noise is
+added. So the deviation of the readings from their mean is a linear process of two states, the lagged deviation and m; a Kalman filter with frozen gains turns residuals into independent ones of variance
 one, and their Jacobians with them (innovations form of the likelihood, Schweppe 1965).
 """
 
@@ -24,16 +25,28 @@ class Fluctuation:
     gamma: float
     t_s: float
 
+    def height(self, rarity: Array, slope_m: float, r_m: Array) -> Array:
+        """h (k,): how much more than gamma the gas fluctuates at distances r (k,) m; slope_m is n u_p."""
+        return np.asarray(np.sqrt(rarity + (slope_m / (self.gamma * r_m)) ** 2))
+
+    def rate(self, r_m: Array, speed_m_s: Array, r_ref_m: float) -> Array:
+        """1 / correlation time (k,) 1/s at distances r (k,) m for a nose moving with speed v (k,) m/s."""
+        return np.asarray((r_ref_m / self.t_s + speed_m_s) / r_m)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Along:
-    """What the mean field is along the path: dt (k,) s, lag factor phi (k,), swing c sqrt(I) (k,) ppm, r / r_ref (k,); and of every
-    reading its place on the path (m,), gain (m,) and nominal variance (m,) ppm^2."""
+    """What the mean field is along the path: dt (k,) s, lag factor phi (k,), mean c (k,) ppm, rarity I (k,), n u_p [m],
+    distance r (k,) m, speed v of the nose (k,) m/s; and of every reading its place on the path (m,), gain (m,) and nominal variance (m,) ppm^2."""
 
     dt_s: Array
     phi: Array
-    swing_ppm: Array
-    r_over_ref: Array
+    mean_ppm: Array
+    rarity: Array
+    slope_m: float
+    r_m: Array
+    speed_m_s: Array
+    r_ref_m: float
     at: NDArray[np.int64]
     gain: Array
     variance_ppm2: Array
@@ -54,12 +67,12 @@ class White:
 
 def whiten(rows: Array, along: Along, noise: Fluctuation) -> White:
     """Rows (m, p) (residuals, Jacobians; all in ppm) through the whitening filter."""
-    keep = np.exp(-along.dt_s / (noise.t_s * along.r_over_ref))
+    keep = np.exp(-along.dt_s * noise.rate(along.r_m, along.speed_m_s, along.r_ref_m))
     out, expected = _filtered(
         np.ascontiguousarray(rows),
         along.at,
         along.phi,
-        along.swing_ppm,
+        along.mean_ppm * noise.height(along.rarity, along.slope_m, along.r_m),
         keep,
         noise.gamma**2,
         along.gain,

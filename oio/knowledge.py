@@ -50,6 +50,7 @@ def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: 
     mean, sd = np.zeros(lay.size), np.zeros(lay.size)
     mean[lay.exponent], sd[lay.exponent] = law.exponent, law.exponent_u
     sd[lay.wind] = law.wind_per_m_u, law.wind_per_m_u, law.lift_per_m_u
+    sd[lay.thinning] = law.thinning_per_m_u
     sd[lay.offset] = np.radians(np.hypot(arm.homing_offset_deg, arm.backlash_deg / 2)) + FIXED
     sd[lay.drift] = np.radians(arm.encoder_drift_deg_s2) / np.sqrt(3.0) + 1e-9  # a bound is a rectangle (GUM 4.3.7)
     sd[lay.gain] = nominal.gain_u
@@ -73,7 +74,7 @@ def around(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float 
 def cold(arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal) -> Knowledge:
     """The same filter without calibration: nominal range law, unit gains, nominal lag and offsets, data-sheet noise."""
     offsets = np.full(nominal.elements, nominal.background_ppm)
-    fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED)
+    fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED, thinning_per_m_u=FIXED)
     figures = replace(nominal, gain_u=FIXED, tau_u=FIXED)
     mean, cov = prior(arm, fixed, figures, offsets, np.full(nominal.elements, nominal.accuracy_ppm))
     model = Model(

@@ -1,11 +1,11 @@
 """The state of olfactory inertial odometry, how it moves, and what a reading says of it.
 
-x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | b (E) ppm | f ppm | m)
+x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | u 1/m | b (E) ppm | f ppm | m)
 
 o, v, a: encoder offset of each joint with its rate and acceleration (the paper's drift is quadratic); s, l: source and ln strength;
-n, k: exponent and wind of the range law; b: offsets of the elements; f: lagged concentration; m: relative fluctuation of the gas.
-The nose is at p(q - o). f follows c(p) (1 + sqrt(I) m) with the sensor's lag, m is an Ornstein-Uhlenbeck process of variance gamma^2 and
-correlation time T r / r_ref. A reading of element e is g_e f + b_e + white noise.
+n, k, u: exponent, wind and thinning of the range law; b: offsets of the elements; f: lagged concentration; m: relative fluctuation.
+The nose is at p(q - o). f follows c(p) (1 + h m) with the sensor's lag, m is an Ornstein-Uhlenbeck process of variance gamma^2 and
+correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + white noise.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ import numpy as np
 from oio.arm import Arm
 from oio.batch import Fit
 from oio.fluctuation import Fluctuation
-from oio.ranging import RangeLaw, concentration
+from oio.ranging import LAW, RangeLaw, concentration
 from oio.records import Array, Belief, GasReading, JointState, seconds
 from oio.settings import settings
 from oio.uncertainty import Noise
@@ -31,6 +31,7 @@ class Wander:
     strength_sqrt_s: float  # of ln strength [1 / sqrt(s)]
     exponent_sqrt_s: float  # of the range exponent
     wind_per_m_sqrt_s: float  # of k [1 / m / sqrt(s)]
+    still_rad_s: float  # a joint slower than this stands still: velocities are differences of counts
     baseline_sigmas_sqrt_s: float  # of the offsets, in standard deviations of one reading
 
 
@@ -56,13 +57,13 @@ class Model:
     @cached_property
     def size(self) -> int:
         """Length of the state."""
-        return 3 * self.arm.dof + 10 + self.elements
+        return 3 * self.arm.dof + LAW + 2 + self.elements
 
     @cached_property
     def at(self) -> dict[str, slice]:
         """Where each block lies."""
         n, names, where = self.arm.dof, {}, 0
-        sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "b": self.elements, "f": 1, "m": 1}
+        sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "u": 1, "b": self.elements, "f": 1, "m": 1}
         for block, size in sizes.items():
             names[block] = slice(where, where + size)
             where += size
@@ -72,7 +73,7 @@ class Model:
     def names(self) -> tuple[str, ...]:
         """A name per state."""
         joints = [f"{what}_{joint}" for what in ("offset", "rate", "acceleration") for joint in self.arm.names]
-        rest = ["source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z"]
+        rest = ["source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning"]
         return (*joints, *rest, *(f"baseline_{e}" for e in range(self.elements)), "lagged", "fluctuation")
 
     @cached_property
@@ -80,7 +81,7 @@ class Model:
         """A unit per state."""
         n = self.arm.dof
         joints = ["rad"] * n + ["rad/s"] * n + ["rad/s^2"] * n
-        return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
+        return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
 
     def begin(self, fit: Fit, t_ns: int) -> Belief:
         """The belief of a batch fit at time t, drift carried there exactly; the source's P0 widened as the assembly says."""
@@ -88,7 +89,7 @@ class Model:
         eye, to = np.eye(n), np.zeros((self.size, lay.size))
         to[self.at["o"], lay.offset], to[self.at["o"], lay.drift] = eye, 0.5 * t * t * eye
         to[self.at["v"], lay.drift], to[self.at["a"], lay.drift] = t * eye, eye
-        to[self.at["s"].start : self.at["b"].start, :8] = np.eye(8)
+        to[self.at["s"].start : self.at["b"].start, :LAW] = np.eye(LAW)
         to[self.at["b"], lay.baseline] = np.eye(self.elements)
         mean, cov = to @ fit.mean, to @ fit.cov @ to.T
         f, m, fl = self.at["f"].start, self.at["m"].start, self.fluctuation
@@ -115,21 +116,26 @@ class Model:
         new[at["v"]] += dt_s * x[at["a"]]
         jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
         p, jac = self.arm.nose_jacobian(joints.q - new[at["o"]])
-        c, grad, r, rarity = concentration(p[None, :], x[s : s + 8], self.law.r_ref_m, self.law.radius_m)
-        swing = np.sqrt(rarity[0])
+        c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
+        swing = float(fl.height(rarity, float(x[at["n"]][0]) * self.law.nose_u_m, r)[0])
         felt = c[0] * (1.0 + swing * x[m])
         phi = np.exp(-dt_s / (self.rise_s if felt > x[i] else self.fall_s))
         new[i] = phi * x[i] + (1.0 - phi) * felt
         row = np.zeros(self.size)
-        row[s : s + 8] = felt * grad[0]
+        row[s : s + LAW] = felt * grad[0]
         row[m] = c[0] * swing
         row[i] = phi / (1.0 - phi)
         by_o = felt * grad[0, :3] @ jac
         row[at["o"]], row[at["v"]], row[at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i] = (1.0 - phi) * row
-        keep = np.exp(-dt_s / (fl.t_s * r[0] / self.law.r_ref_m))
+        keep = float(np.exp(-dt_s * fl.rate(r, self._speed(jac, joints), self.law.r_ref_m)[0]))
         new[m], jacobian[m, m] = keep * x[m], keep
         return new, jacobian, self.process_noise(dt_s, keep)
+
+    def _speed(self, jac: Array, joints: JointState) -> Array:
+        """Of the nose (1,) m/s; a joint slower than one count per sample stands still."""
+        moving = np.abs(joints.dq) > self.wander.still_rad_s
+        return np.array([np.linalg.norm(jac @ (joints.dq * moving))])
 
     def process_noise(self, dt_s: float, keep: float) -> Array:
         """Q (N, N) of dt_s, in which the fluctuation keeps the fraction `keep` of itself."""

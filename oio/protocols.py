@@ -50,8 +50,8 @@ class Unit(Protocol):
         """Expose every element to `ppm` for `dt_s`."""
         ...
 
-    def sample(self, element: int) -> float:
-        """The raw value that the sensor's electronics would put on the wire now."""
+    def sample(self, element: int, t_s: float) -> float:
+        """The raw value that the sensor's electronics would put on the wire at t_s, by the world's clock."""
         ...
 
 

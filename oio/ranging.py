@@ -1,9 +1,11 @@
 """Response to RSSI to range and back, and the filter's model of the mean concentration around a source.
 
-ln c(p) = l - n ln(r / r_ref) - (|k| r - k.d),   d = p - s,   r^2 = |d|^2 + radius^2
+ln c(p) = l - n ln(r / r_ref) - (|k| r - k.d) - u r,   d = p - s,   r^2 = |d|^2 + radius^2
 
 n = 1, k = 0 is diffusion from a point, any n with k = 0 the log-distance law of radio (Rappaport), and k = U / 2K the steady plume of a
-source in wind U with eddy diffusivity K. l is the logarithm of the concentration at r_ref. The radius of the source removes the pole.
+source in wind U with eddy diffusivity K. u is the thinning of a plume that is still growing or is lost to the room (1 / u is the
+length of the isotropic plume of Vergassola et al. 2007). l is the logarithm of the concentration at r_ref. The radius of the source
+removes the pole.
 """
 
 from dataclasses import dataclass
@@ -14,6 +16,7 @@ import numpy as np
 from oio.records import Array
 from oio.settings import in_range, settings
 
+LAW = 9  # parameters of the law: s (3), l, n, k (3), u
 _SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
 _RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
 
@@ -29,13 +32,16 @@ class RangeLaw:
     exponent_u: float
     wind_per_m_u: float  # of each horizontal component of k = U / 2K about still air
     lift_per_m_u: float  # of its vertical component
+    thinning_per_m_u: float  # of u about none
+    nose_u_m: float  # how well kinematics know the nose from one moment to the next
     gamma: float  # relative fluctuation of the gas on the plume's axis
     eddy_s: float  # its correlation time at r_ref
 
     def check(self) -> None:
         """Refuse senseless laws."""
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
-        in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
+        in_range(self, nose_u_m=(0, 1), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +64,13 @@ class Rssi:
 
 @numba.njit(cache=True)
 def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[Array, Array, Array, Array]:
-    """Mean concentration c (k,) ppm at p (k, 3) m, the derivative of ln c (k, 8) with respect to theta = (s (3), l, n, k (3)),
+    """Mean concentration c (k,) ppm at p (k, 3) m, the derivative of ln c (k, LAW) with respect to theta = (s (3), l, n, k (3), u),
     the distance r (k,) m and the rarity exp(|k| r - k.d) (k,), at most 1000.
 
     The derivative with respect to p is minus that with respect to s.
     """
     k = p.shape[0]
-    c, grad, distance, rarity = np.empty(k), np.empty((k, 8)), np.empty(k), np.empty(k)
+    c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
     wx, wy, wz = theta[5], theta[6], theta[7]
     speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
     for i in range(k):
@@ -74,9 +80,9 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
         ln_r = np.log(r / r_ref)
         along = wx * dx + wy * dy + wz * dz
         off_axis = (speed - _SMOOTH_PER_M) * r - along
-        c[i] = np.exp(min(theta[3] - theta[4] * ln_r - off_axis, 50.0))
+        c[i] = np.exp(min(theta[3] - theta[4] * ln_r - off_axis - theta[8] * r, 50.0))
         distance[i], rarity[i] = r, np.exp(min(max(off_axis, 0.0), _RAREST))
-        radial = theta[4] / r2 + (speed - _SMOOTH_PER_M) / r
+        radial = theta[4] / r2 + (speed - _SMOOTH_PER_M + theta[8]) / r
         grad[i, 0] = dx * radial - wx
         grad[i, 1] = dy * radial - wy
         grad[i, 2] = dz * radial - wz
@@ -85,6 +91,7 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
         grad[i, 5] = dx - r * wx / speed
         grad[i, 6] = dy - r * wy / speed
         grad[i, 7] = dz - r * wz / speed
+        grad[i, 8] = -r
     return c, grad, distance, rarity
 
 

@@ -62,6 +62,7 @@ def _range_law(found: MapCalibration) -> Entry:
         "ln_strength": entry(mean[lay.strength], sd[lay.strength], "ln(ppm)", n, "A"),
         "exponent": entry(mean[lay.exponent], sd[lay.exponent], "1", n, "A"),
         **{name: entry(value, u, "1/m", n, "A") for name, value, u in names},
+        "thinning": entry(mean[lay.thinning], sd[lay.thinning], "1/m", n, "A"),
         "gamma": entry(fit.fluctuation.gamma, fit.fluctuation.gamma / np.sqrt(2 * max(n, 1)), "1", n, "A"),
         "eddy": entry(fit.fluctuation.t_s, fit.fluctuation.t_s / np.sqrt(max(n, 1)), "s", n, "A"),
     }

@@ -60,12 +60,12 @@ class CalibrateBouts:
 
     def _allowed(self, q: Array, dof: int) -> np.ndarray:
         """Inside the box, and off the beacon itself."""
-        off = np.array([i == 0 or self._off_beacon(self.bandit.goal(q, i)) for i in range(2 * dof + 1)])
-        return np.logical_and(self.bandit.allowed(self.arm, q, dof), off)
+        off = np.array([i == 0 or self._off_beacon(q, self.bandit.goal(q, i)) for i in range(2 * dof + 1)])
+        return np.asarray(self.bandit.allowed(self.arm, q, dof) & off)
 
-    def _off_beacon(self, q: Array) -> bool:
+    def _off_beacon(self, here: Array, goal: Array) -> bool:
         place = self.beacon.position
-        return place is None or bool(np.linalg.norm(self.arm.nose(q) - np.array(place)) > self.beacon.near_m)
+        return place is None or self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.near_m
 
     def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace) -> list[Bout]:
         dwell_s = max(self.sniff_s, 2 * self.sensor.elements * self.sensor.sample_s)

@@ -66,24 +66,24 @@ class MapBeliefs:
                 context.log.progress(context.world.t_ns, what, f"{len(trace)} readings")
             spans.append((began_s, seconds(context.world.t_ns)))
         fit = self._fit(context, trace.frozen())
-        repeats = tuple(self._repeat(context, trace.frozen(), span) for span in spans)
+        repeats = tuple(self._repeat(context, trace.frozen(), span, fit) for span in spans)
         self._draw(context, repeats[-1])
         type_b = localisation(np.array([r.miss_m for r in repeats]), len(self.distances_m) - 1)
         return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves)
 
     def _pose(self, context: Context, distance_m: float) -> Array:
         """A pose at that distance from the beacon, in a random direction; any pose where the arm cannot choose its distance."""
-        if self.arm.dof >= 3:
-            for _ in range(200):
-                direction = context.rng.standard_normal(3)
-                goal = np.array(self.beacon.position) + distance_m * direction / np.linalg.norm(direction)
-                pose = self.arm.reach(goal, context.world.goal)
-                if pose is not None:
-                    return pose
-        return self.arm.random_pose(context.rng)
+        place, here = np.array(self.beacon.position), context.world.goal
+        for _ in range(200):
+            direction = context.rng.standard_normal(3)
+            goal = place + distance_m * direction / np.linalg.norm(direction)
+            pose = self.arm.reach(goal, here) if self.arm.dof >= 3 else self.arm.random_pose(context.rng)
+            if pose is not None and self.arm.clearance_m(here, pose, place) >= min(self.beacon.near_m, 0.9 * distance_m):
+                return pose
+        return here
 
-    def _fit(self, context: Context, sniffs: Sniffs) -> Fit:
-        return fit_beacon(self._problem(context, sniffs), context.need(Baselines).noise_scale)
+    def _fit(self, context: Context, sniffs: Sniffs, like: Fit | None = None) -> Fit:
+        return fit_beacon(self._problem(context, sniffs), context.need(Baselines).noise_scale, like)
 
     def _problem(self, context: Context, sniffs: Sniffs) -> Problem:
         base = context.need(Baselines)
@@ -91,9 +91,9 @@ class MapBeliefs:
         place = np.array(self.beacon.position), self.beacon_u_m
         return beacon_problem(sniffs, self.arm, self.law, self.nominal, offsets, place)
 
-    def _repeat(self, context: Context, sniffs: Sniffs, span: tuple[float, float]) -> Repeat:
+    def _repeat(self, context: Context, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> Repeat:
         """One trilateration with the law fitted without its own readings."""
-        law = self._fit(context, sniffs.without(*span))
+        law = self._fit(context, sniffs.without(*span), fit)
         known = calibrated(law, self.arm, self.law, self.wander, self.nominal, Noise.nominal())
         own = sniffs.between(*span)
         refined = self.belief_map.locate(own, known)[0]

@@ -137,7 +137,8 @@ class Bench:
         self._ticks += 1
         yield self._encoders.read(self.t_ns, self._data.qpos[self._joints])
         if self._ticks % sim.air_every == 0:
-            self._breathe(sim.air_every * sim.joint_period_s)
+            self._air.step(sim.air_every * sim.joint_period_s)
+        self._breathe(sim.joint_period_s)
         due = self.t_ns >= self._gas_due_ns
         if due or self._ticks % sim.truth_every == 0:
             yield self._truth()
@@ -145,12 +146,11 @@ class Bench:
             yield self._sniff()
 
     def _breathe(self, dt_s: float) -> None:
-        self._air.step(dt_s)
         self._ppm = self._sim.background_ppm + self._air.ppm(self._nose())
         self._specimen.step(self._ppm, dt_s)
 
     def _sniff(self) -> GasSample:
-        sample = GasSample(self.t_ns, self._element, self._specimen.sample(self._element))
+        sample = GasSample(self.t_ns, self._element, self._specimen.sample(self._element, seconds(self.t_ns)))
         self._gas_due_ns += nanoseconds(self._sim.sensor.sample_s)
         self._element = (self._element + 1) % self._sim.sensor.elements
         return sample

@@ -160,12 +160,12 @@ class Specimen:
             element.feels_ppm += (1.0 - math.exp(-dt_s / tau)) * (ppm - element.feels_ppm)
             element.drift += walk * self._noise.standard_normal()
 
-    def sample(self, element: int) -> float:
-        """The value on the wire; repeated until the element's update time has passed."""
+    def sample(self, element: int, t_s: float) -> float:
+        """The value on the wire at t_s; repeated until the element's update time has passed."""
         e, nose = self._elements[element], self._nose
-        if self._t_s - e.held_since_s >= nose.dynamics.update_s - 1e-9:
+        if t_s - e.held_since_s >= nose.dynamics.update_s - 1e-6:
             signal = e.bias + e.drift + self._slow() + nose.spread.noise * self._noise.standard_normal()
-            e.held, e.held_since_s = nose.electronics(e.feels_ppm, e.gain, signal), self._t_s
+            e.held, e.held_since_s = nose.electronics(e.feels_ppm, e.gain, signal), t_s
         return e.held
 
     def _slow(self) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 
 from oio.estimators.joseph import condition
 from oio.model import Model
-from oio.ranging import concentration
+from oio.ranging import LAW, concentration
 from oio.records import Array, Belief, GasReading, Innovation, JointState, seconds
 from oio.settings import in_range, settings
 
@@ -25,7 +25,7 @@ class PaperEkf:
         mean, cov = np.array(belief.mean), np.array(belief.cov)
         p = model.arm.nose(joints.q)
         s = at["s"].start
-        c, _, _, _ = concentration(p[None, :], mean[s : s + 8], model.law.r_ref_m, model.law.radius_m)
+        c, _, _, _ = concentration(p[None, :], mean[s : s + LAW], model.law.r_ref_m, model.law.radius_m)
         mean[at["f"]] = c[0]
         mean[at["o"]] = mean[at["v"]] = mean[at["a"]] = 0.0
         cov[at["s"], at["s"]] += model.noise.source_q_m2 * (dt_s if model.noise.assembly == "gum" else 1.0) * np.eye(3)
@@ -41,7 +41,7 @@ def _only_estimated(model: Model, cov: Array, p: Array, mean: Array) -> Array:
     at, s = model.at, model.at["s"].start
     keep = np.zeros(model.size)
     keep[at["s"]], keep[at["l"]], keep[at["b"]] = 1.0, 1.0, 1.0
-    c, grad, _, _ = concentration(p[None, :], mean[s : s + 8], model.law.r_ref_m, model.law.radius_m)
+    c, grad, _, _ = concentration(p[None, :], mean[s : s + LAW], model.law.r_ref_m, model.law.radius_m)
     to = np.diag(keep)
     to[at["f"].start, s : s + 4] = c[0] * grad[0, :4]
     new = to @ cov @ to.T + 1e-18 * np.eye(model.size)

@@ -7,7 +7,7 @@ update of the belief. Where hypotheses are left, how differently they answer cou
 
 import numpy as np
 
-from oio.ranging import concentration
+from oio.ranging import LAW, concentration
 from oio.records import Array
 from oio.search.view import View, spread_out
 from oio.settings import in_range, settings
@@ -56,8 +56,9 @@ def believed_places(view: View) -> list[Array]:
 
 
 def keeps_off(view: View, q: Array) -> bool:
-    """Whether the nose stays near_m away from where the source is believed to be."""
-    return bool(np.linalg.norm(view.arm.nose(q) - believed_places(view)[0]) >= view.near_m)
+    """Whether the nose stays near_m away from where the source is believed to be, on the way there as well."""
+    here = view.moves[-1].q if view.moves else view.arm.home
+    return view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.near_m
 
 
 def information(view: View, candidates: Array) -> Array:
@@ -66,10 +67,10 @@ def information(view: View, candidates: Array) -> Array:
     model, x, cov = view.model, view.belief.mean, view.belief.cov
     at, s = model.at, model.at["s"].start
     p, jac = model.arm.nose_jacobian(candidates - x[at["o"]])
-    c, grad, r, rarity = concentration(p, x[s : s + 8], model.law.r_ref_m, model.law.radius_m)
+    c, grad, r, rarity = concentration(p, x[s : s + LAW], model.law.r_ref_m, model.law.radius_m)
     variance = _variance(view, c, r, rarity)
     rows = np.zeros((len(candidates), model.size))
-    rows[:, s : s + 8] = grad
+    rows[:, s : s + LAW] = grad
     rows[:, at["o"]] = np.einsum("ij,ijk->ik", grad[:, :3], jac)
     to = rows @ cov  # (k, N)
     total = np.einsum("ij,ij->i", to, rows) + variance
@@ -77,12 +78,14 @@ def information(view: View, candidates: Array) -> Array:
     told = np.einsum("ij,jk,ik->i", to[:, at["s"]], np.linalg.inv(prior), to[:, at["s"]]) / total
     gain = -np.log(np.maximum(1.0 - told, 1e-9))  # det(P - v v'/S) = det P (1 - v' P^-1 v / S)
     for other in view.hypotheses[1:]:
-        c_other, _, _, _ = concentration(p, other.mean[:8], model.law.r_ref_m, model.law.radius_m)
+        c_other, _, _, _ = concentration(p, other.mean[:LAW], model.law.r_ref_m, model.law.radius_m)
         gain = gain + np.log1p(np.log(c_other / c) ** 2 / variance)
     return np.asarray(gain)
 
 
 def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
     fl, law = view.model.fluctuation, view.model.law
-    eddies = np.maximum(view.dwell_s / (fl.t_s * r / law.r_ref_m), 1.0)
-    return fl.gamma**2 * rarity / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-300)) ** 2
+    eddies = np.maximum(view.dwell_s * fl.rate(r, np.zeros_like(r), law.r_ref_m), 1.0)
+    exponent = 1.0 if view.belief is None else float(view.belief.mean[view.model.at["n"]][0])
+    height = fl.height(rarity, exponent * law.nose_u_m, r)
+    return (fl.gamma * height) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-300)) ** 2
