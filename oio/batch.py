@@ -123,8 +123,8 @@ class Problem:
         rows[:, lay.tau] = gain * df_tau[sn.at]
         rows[np.arange(len(sn.at)), lay.baseline.start + sn.element] = 1.0
         speed = np.linalg.norm(np.diff(p, axis=0, prepend=p[:1]), axis=1) / np.maximum(dt, 1e-9)
-        slope_m = float(theta[lay.exponent]) * self.law.nose_u_m
-        along = Along(dt, phi, c, rarity, slope_m, r, speed, self.law.r_ref_m, sn.at, gain, sn.sigma_ppm**2)
+        field = self.law.field(c, rarity, r, speed, float(theta[lay.exponent]))
+        along = Along(field, dt, phi, sn.at, gain, sn.sigma_ppm**2)
         return Expected(h, rows, float(f[-1]), along)
 
     def _start(self, theta: Array) -> float:

@@ -10,6 +10,7 @@ from oio.ranging import RangeLaw
 from oio.records import Array
 from oio.trace import Sniffs
 
+ROUNDS = 4  # of answer and fluctuation in turn, at most
 WINDS = 6  # directions of wind tried besides none: the likelihood of the wind has several hills
 
 
@@ -28,9 +29,12 @@ def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) ->
     """Best of still air and WINDS winds by likelihood, or begun `like` a fit of much the same data; then fluctuation and answer in turn."""
     guess = Fluctuation(noise_scale, problem.law.gamma, problem.law.eddy_s)
     fit = like or min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
-    for _ in range(2):
+    for _ in range(ROUNDS):
         expected = problem.predict(fit.mean)
-        fit = solve(problem, fit.mean, fitted(problem.residual(fit.mean, expected.ppm), expected.along, noise_scale))
+        noise = fitted(problem.residual(fit.mean, expected.ppm), expected.along, noise_scale)
+        if noise == fit.fluctuation:
+            break
+        fit = solve(problem, fit.mean, noise)
     return fit
 
 

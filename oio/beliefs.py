@@ -32,10 +32,10 @@ class BeliefMap:
         """An empty trace."""
         return Trace(self.path_period_s, self.limit)
 
-    def locate(self, sniffs: Sniffs, known: Knowledge) -> tuple[Fit, ...]:
-        """Hypotheses for the source, best first, each with its covariance; at least one."""
+    def locate(self, sniffs: Sniffs, known: Knowledge, before: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
+        """Hypotheses for the source, best first, each with its covariance; at least one. Those `before` are starts as well."""
         problem, noise = problem_of(sniffs, known), known.model.fluctuation
-        fits = sorted((solve(problem, start, noise) for start in self._starts(problem, known)), key=lambda fit: fit.chi2)
+        fits = sorted((solve(problem, start, noise) for start in self._starts(problem, known, before)), key=lambda fit: fit.chi2)
         kept: list[Fit] = []
         for fit in fits:
             distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.apart_m / 2 for other in kept)
@@ -43,18 +43,18 @@ class BeliefMap:
                 kept.append(fit)
         return tuple(kept)
 
-    def _starts(self, problem: Problem, known: Knowledge) -> list[Array]:
+    def _starts(self, problem: Problem, known: Knowledge, before: tuple[Fit, ...]) -> list[Array]:
         """The best coarse places that lie apart; the strength of each by weighted least squares, where the reading is linear in it."""
         arm, weigh = known.model.arm, known.model.fluctuation
         places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
         tried = sorted((with_strength(problem, theta, weigh.gamma) for theta in begun), key=lambda pair: pair[0])
-        starts: list[Array] = []
+        starts = [fit.mean for fit in before]
         for _, theta in tried:
+            if len(starts) >= self.starts:
+                break
             if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
                 starts.append(theta)
-            if len(starts) == self.starts:
-                break
         return starts
 
 

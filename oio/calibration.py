@@ -53,6 +53,7 @@ class Repeat:
     refined_m: Array  # (3,)
     refined_cov_m2: Array  # (3, 3)
     miss_m: float
+    nees: float
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,14 @@
 """How gas fluctuates about its mean, and readings made independent of each other by that.
 
-The gas at the nose is c (1 + h m): m an Ornstein-Uhlenbeck process of variance gamma^2 and correlation time r / (r_ref / T + v), because an
-eddy as wide as the plume there passes with the gas's own speed and the nose's v. h^2 = I + (n u_p / gamma r)^2: I is the rarity of the
-plume there (a plume that is there a fraction p of the time has variance mean^2 (1/p - 1)), and u_p, how well the kinematics know where the
-nose is from one moment to the next (free play), counts the more the nearer the source is. The sensor's lag smooths it, white noise is
-added. So the deviation of the readings from their mean is a linear process of two states, the lagged deviation and m; a Kalman filter with frozen gains turns residuals into independent ones of variance
-one, and their Jacobians with them (innovations form of the likelihood, Schweppe 1965).
+The gas at the nose is c (1 + h m): m an Ornstein-Uhlenbeck process of variance gamma^2 and correlation time r / (r_ref / T + v), because
+an eddy as wide as the plume there passes with the gas's own speed and the nose's v.  h^2 = I + (n u_p / gamma r)^2 + (w ln(r / r_ref) /
+gamma)^2:  I is the rarity of the plume there (a plume that is there a fraction p of the time has variance mean^2 (1/p - 1)); u_p, how well
+the kinematics know the nose from one moment to the next (free play), counts the more the nearer the source is; w is how far a real plume
+strays from the law per e-fold of distance.
+
+The sensor's lag smooths it, white noise is added. So the deviation of the readings from their mean is a linear process of two states, the
+lagged deviation and m; a Kalman filter with frozen gains turns residuals into independent ones of variance one, and their Jacobians with
+them (innovations form of the likelihood, Schweppe 1965).
 """
 
 from dataclasses import dataclass
@@ -25,28 +28,38 @@ class Fluctuation:
     gamma: float
     t_s: float
 
-    def height(self, rarity: Array, slope_m: float, r_m: Array) -> Array:
-        """h (k,): how much more than gamma the gas fluctuates at distances r (k,) m; slope_m is n u_p."""
-        return np.asarray(np.sqrt(rarity + (slope_m / (self.gamma * r_m)) ** 2))
+    def height(self, field: "Field") -> Array:
+        """h (k,): how many times gamma the gas is uncertain in a field."""
+        near, far = field.slope_m / field.r_m, field.stray * np.log(field.r_m / field.r_ref_m)
+        return np.asarray(np.sqrt(field.rarity + (near**2 + far**2) / self.gamma**2))
 
-    def rate(self, r_m: Array, speed_m_s: Array, r_ref_m: float) -> Array:
-        """1 / correlation time (k,) 1/s at distances r (k,) m for a nose moving with speed v (k,) m/s."""
-        return np.asarray((r_ref_m / self.t_s + speed_m_s) / r_m)
+    def rate(self, field: "Field") -> Array:
+        """1 / correlation time (k,) 1/s in a field."""
+        return np.asarray((field.r_ref_m / self.t_s + field.speed_m_s) / field.r_m)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Field:
+    """The mean field where the nose is: concentration (k,) ppm, rarity I (k,), distance r (k,) m, speed v of the nose (k,) m/s;
+    n u_p [m], w, and r_ref [m]."""
+
+    mean_ppm: Array
+    rarity: Array
+    r_m: Array
+    speed_m_s: Array
+    slope_m: float
+    stray: float
+    r_ref_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Along:
-    """What the mean field is along the path: dt (k,) s, lag factor phi (k,), mean c (k,) ppm, rarity I (k,), n u_p [m],
-    distance r (k,) m, speed v of the nose (k,) m/s; and of every reading its place on the path (m,), gain (m,) and nominal variance (m,) ppm^2."""
+    """The field along a path, dt (k,) s and lag factor phi (k,) of its steps; and of every reading its place on the path (m,), its gain
+    (m,) and its nominal variance (m,) ppm^2."""
 
+    field: Field
     dt_s: Array
     phi: Array
-    mean_ppm: Array
-    rarity: Array
-    slope_m: float
-    r_m: Array
-    speed_m_s: Array
-    r_ref_m: float
     at: NDArray[np.int64]
     gain: Array
     variance_ppm2: Array
@@ -67,12 +80,12 @@ class White:
 
 def whiten(rows: Array, along: Along, noise: Fluctuation) -> White:
     """Rows (m, p) (residuals, Jacobians; all in ppm) through the whitening filter."""
-    keep = np.exp(-along.dt_s * noise.rate(along.r_m, along.speed_m_s, along.r_ref_m))
+    keep = np.exp(-along.dt_s * noise.rate(along.field))
     out, expected = _filtered(
         np.ascontiguousarray(rows),
         along.at,
         along.phi,
-        along.mean_ppm * noise.height(along.rarity, along.slope_m, along.r_m),
+        along.field.mean_ppm * noise.height(along.field),
         keep,
         noise.gamma**2,
         along.gain,

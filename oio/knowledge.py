@@ -86,7 +86,7 @@ def cold(arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal) -> Knowledge
 
 def calibrated(fit: Fit, arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal, noise: Noise) -> Knowledge:
     """What the fit on the known source taught, but for the source itself."""
-    mean, cov = around(fit.mean, fit.cov, arm, law)
+    mean, cov = around(fit.mean, noise.inflation * fit.cov, arm, law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))

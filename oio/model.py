@@ -117,7 +117,8 @@ class Model:
         jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
         p, jac = self.arm.nose_jacobian(joints.q - new[at["o"]])
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
-        swing = float(fl.height(rarity, float(x[at["n"]][0]) * self.law.nose_u_m, r)[0])
+        field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + 4]))
+        swing = float(fl.height(field)[0])
         felt = c[0] * (1.0 + swing * x[m])
         phi = np.exp(-dt_s / (self.rise_s if felt > x[i] else self.fall_s))
         new[i] = phi * x[i] + (1.0 - phi) * felt
@@ -128,7 +129,7 @@ class Model:
         by_o = felt * grad[0, :3] @ jac
         row[at["o"]], row[at["v"]], row[at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i] = (1.0 - phi) * row
-        keep = float(np.exp(-dt_s * fl.rate(r, self._speed(jac, joints), self.law.r_ref_m)[0]))
+        keep = float(np.exp(-dt_s * fl.rate(field)[0]))
         new[m], jacobian[m, m] = keep * x[m], keep
         return new, jacobian, self.process_noise(dt_s, keep)
 

@@ -37,7 +37,7 @@ class Odometry:
     def locate(self) -> tuple[Fit, ...]:
         """Make the map of the whole trace and begin the filter anew from its best hypothesis."""
         assert self._joints is not None
-        self.hypotheses = self._map.locate(self.trace.frozen(), self.known)
+        self.hypotheses = self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
         self.belief = self.known.model.begin(self.hypotheses[0], self._joints.t_ns)
         self._nis = []
         return self.hypotheses

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from oio.fluctuation import Field
 from oio.records import Array
 from oio.settings import in_range, settings
 
@@ -34,6 +35,7 @@ class RangeLaw:
     lift_per_m_u: float  # of its vertical component
     thinning_per_m_u: float  # of u about none
     nose_u_m: float  # how well kinematics know the nose from one moment to the next
+    stray: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C)
     gamma: float  # relative fluctuation of the gas on the plume's axis
     eddy_s: float  # its correlation time at r_ref
 
@@ -41,7 +43,11 @@ class RangeLaw:
         """Refuse senseless laws."""
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
-        in_range(self, nose_u_m=(0, 1), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        in_range(self, nose_u_m=(0, 1), stray=(0, 5), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+
+    def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> Field:
+        """What fluctuations need to know of the mean field."""
+        return Field(c, rarity, r, speed_m_s, exponent * self.nose_u_m, self.stray, self.r_ref_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +103,8 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
 
 @numba.njit(cache=True)
 def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) -> tuple[Array, Array, Array, Array]:
-    """First-order lag with different rise and fall: f_i = phi f_{i-1} + (1 - phi) c_i, phi = exp(-dt_i / tau).
+    """First-order lag, c linear in each step (first-order hold): f_i = phi f_{i-1} + w0 c_{i-1} + w1 c_i,
+    phi = exp(-dt_i / tau), w1 = 1 - (1 - phi) tau / dt, w0 = 1 - phi - w1; tau is `rise` or `fall` by the sign of c_i - f_{i-1}.
 
     c (k,) ppm and dc (k, m) its sensitivities, dt (k,) s before each step. Returns f (k,), df (k, m),
     df/d ln(tau) (k,) and phi (k,).
@@ -106,12 +113,18 @@ def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) 
     f, df, df_tau, factor = np.empty(k), np.empty((k, m)), np.empty(k), np.empty(k)
     state, sensitivity, to_tau = f0, np.zeros(m), 0.0
     for i in range(k):
+        before = i - 1 if i > 0 else 0
         tau = rise if c[i] > state else fall
-        phi = np.exp(-dt[i] / tau)
-        to_tau = phi * to_tau + (state - c[i]) * phi * dt[i] / tau
-        state = phi * state + (1.0 - phi) * c[i]
+        x = max(dt[i], 1e-9) / tau
+        phi = np.exp(-x)
+        share = (1.0 - phi) / x if x > 1e-6 else 1.0 - 0.5 * x
+        w1, w0 = 1.0 - share, share - phi
+        d_phi = phi * x  # by ln(tau)
+        d_share = share - phi
+        to_tau = phi * to_tau + state * d_phi - c[i] * d_share + c[before] * (d_share - d_phi)
+        state = phi * state + w0 * c[before] + w1 * c[i]
         for j in range(m):
-            sensitivity[j] = phi * sensitivity[j] + (1.0 - phi) * dc[i, j]
+            sensitivity[j] = phi * sensitivity[j] + w0 * dc[before, j] + w1 * dc[i, j]
         f[i], df_tau[i], factor[i] = state, to_tau, phi
         df[i] = sensitivity
     return f, df, df_tau, factor

@@ -30,6 +30,7 @@ class TypeB:
     misses_m: tuple[float, ...]
     u_b_m: float
     rms_m: float
+    inflation: float  # mean NEES of the repeats over its expectation, at least 1: how much too small the fits' covariances are
 
 
 def type_a(s_ppm: float, k: float) -> float:
@@ -42,10 +43,12 @@ def type_b(miss_m: float, moves: int) -> float:
     return 2.0 * miss_m / float(np.sqrt(moves))
 
 
-def localisation(misses_m: Array, moves: int) -> TypeB:
-    """Type B from the misses (n,) m of n repeats with `moves` moves each; the RMS is a Type A figure of the method with n dof."""
+def localisation(misses_m: Array, nees: Array, moves: int) -> TypeB:
+    """Type B from the misses (n,) m of n repeats with `moves` moves each, and their NEES (n,) under the covariances of their fits."""
     paper = float(np.mean([type_b(v, moves) for v in misses_m]))
-    return TypeB(moves, tuple(float(v) for v in misses_m), paper, float(np.sqrt(np.mean(np.square(misses_m)))))
+    return TypeB(
+        moves, tuple(float(v) for v in misses_m), paper, float(np.sqrt(np.mean(np.square(misses_m)))), max(1.0, float(np.mean(nees)) / 3.0)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,19 +62,21 @@ class Noise:
     source_q_m2: float  # added to the source's variance: per second (gum) or per step of the filter (paper)
     r_ppm2: float | None  # variance of a reading; None: that of one fresh reading at its concentration
     source_p0_m2: float  # added to the belief map's covariance of the source, each axis
+    inflation: float  # factor on the covariance of what the beacon taught
 
     @staticmethod
     def nominal() -> "Noise":
         """What holds before any Type B is known: R is that of a fresh reading, the source stands still."""
-        return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=0.0)
+        return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=0.0, inflation=1.0)
 
 
 def assemble(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
     """Q and R from the two uncertainties.
 
     `gum`: u_b says how far the map's vertex is off, so its RMS over repeats enters P0 of the source (a third per axis), not Q: a source
-    that stands still has no process noise; u_a is the uncertainty of a mean, so R is the variance of one fresh reading instead.
+    that stands still has no process noise. The covariance of the fit is scaled until it explains the misses. u_a is the uncertainty of a
+    mean, so R is the variance of one fresh reading instead.
     """
     if assembly == "paper":
-        return Noise(assembly, source_q_m2=type_b.u_b_m, r_ppm2=u_a_ppm, source_p0_m2=0.0)
-    return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=type_b.rms_m**2 / 3.0)
+        return Noise(assembly, source_q_m2=type_b.u_b_m, r_ppm2=u_a_ppm, source_p0_m2=0.0, inflation=1.0)
+    return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=type_b.rms_m**2 / 3.0, inflation=type_b.inflation)

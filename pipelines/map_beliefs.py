@@ -11,6 +11,7 @@ from oio.beliefs import BeliefMap, spheres_of
 from oio.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
 from oio.errors import BadInput, NotObservable
 from oio.knowledge import Nominal, calibrated
+from oio.metrics import nees
 from oio.model import Wander
 from oio.pipeline import Context, sniff
 from oio.places import Source
@@ -68,7 +69,7 @@ class MapBeliefs:
         fit = self._fit(context, trace.frozen())
         repeats = tuple(self._repeat(context, trace.frozen(), span, fit) for span in spans)
         self._draw(context, repeats[-1])
-        type_b = localisation(np.array([r.miss_m for r in repeats]), len(self.distances_m) - 1)
+        type_b = localisation(np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats]), len(self.distances_m) - 1)
         return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves)
 
     def _pose(self, context: Context, distance_m: float) -> Array:
@@ -102,8 +103,8 @@ class MapBeliefs:
             point = vertex(centres, radii)
         except NotObservable:
             point = None
-        miss = float(np.linalg.norm(refined.mean[:3] - np.array(self.beacon.position)))
-        return Repeat(centres, radii, point, refined.mean[:3], refined.cov[:3, :3], miss)
+        miss, cov = refined.mean[:3] - np.array(self.beacon.position), refined.cov[:3, :3]
+        return Repeat(centres, radii, point, refined.mean[:3], cov, float(np.linalg.norm(miss)), nees(miss, cov))
 
     def _draw(self, context: Context, repeat: Repeat) -> None:
         text = f"vertex {1e3 * repeat.miss_m:.0f} mm off"

@@ -28,6 +28,7 @@ class Navigate:
     strategy: Strategy
     rule: BoutRule
     explore: int  # moves before the first belief map
+    remap: int  # the map is made anew every so many moves
     max_moves: int
     max_s: float
     dwell_s: float
@@ -39,7 +40,15 @@ class Navigate:
 
     def check(self) -> None:
         """Refuse a search that cannot begin or end."""
-        in_range(self, explore=(4, 1000), max_moves=(self.explore, 10_000), max_s=(1.0, 1e6), dwell_s=(0, 600), dwell_taus=(0, 10))
+        in_range(
+            self,
+            explore=(4, 1000),
+            remap=(1, 10_000),
+            max_moves=(self.explore, 10_000),
+            max_s=(1.0, 1e6),
+            dwell_s=(0, 600),
+            dwell_taus=(0, 10),
+        )
         in_range(self, near_m=(0, 10), declare_sd_m=(1e-5, 10), declare_near_m=(1e-3, 10), declare_nis=(1, 1e6))
 
     def run(self, context: Context) -> Navigation:
@@ -88,10 +97,11 @@ class Navigate:
         context.log.odometry(reading.t_ns, *nose)
 
     def _map_due(self, odometry: Odometry, moves: int) -> bool:
-        """First after exploring; again while hypotheses compete or the filter is surprised more than it should be."""
+        """First after exploring; again every `remap` moves, while hypotheses compete, and when the filter is too surprised."""
         if moves < self.explore:
             return False
-        return odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis)
+        due = (moves - self.explore) % self.remap == 0
+        return due or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis)
 
     def _found(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
         source = odometry.source()

@@ -84,8 +84,8 @@ def information(view: View, candidates: Array) -> Array:
 
 
 def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
-    fl, law = view.model.fluctuation, view.model.law
-    eddies = np.maximum(view.dwell_s * fl.rate(r, np.zeros_like(r), law.r_ref_m), 1.0)
-    exponent = 1.0 if view.belief is None else float(view.belief.mean[view.model.at["n"]][0])
-    height = fl.height(rarity, exponent * law.nose_u_m, r)
-    return (fl.gamma * height) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-300)) ** 2
+    assert view.belief is not None
+    fl, exponent = view.model.fluctuation, float(view.belief.mean[view.model.at["n"]][0])
+    field = view.model.law.field(c, rarity, r, np.zeros_like(r), exponent)
+    eddies = np.maximum(view.dwell_s * fl.rate(field), 1.0)
+    return (fl.gamma * fl.height(field)) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-300)) ** 2

@@ -33,8 +33,13 @@ class View:
 
 
 def spread_out(view: View, rng: np.random.Generator, tries: int = 64) -> Array:
-    """Of `tries` random poses the one whose nose is farthest from all sniffed places (maximin design, Johnson et al. 1990)."""
+    """Of `tries` random poses the one whose nose gets farthest from all sniffed places for the time it takes.
+
+    A maximin design (Johnson, Moore, Ylvisaker 1990) that pays for its travel.
+    """
     candidates = np.array([view.arm.random_pose(rng) for _ in range(tries)])
     seen = view.arm.nose(np.array([view.arm.home, *(move.q for move in view.moves)]))
     distance = np.linalg.norm(view.arm.nose(candidates)[:, None, :] - seen[None, :, :], axis=2).min(axis=1)
-    return np.asarray(candidates[int(np.argmax(distance))])
+    here = view.moves[-1].q if view.moves else view.arm.home
+    cost_s = np.array([view.arm.duration_s(here, q) + view.dwell_s for q in candidates])
+    return np.asarray(candidates[int(np.argmax(distance / cost_s))])
