@@ -114,7 +114,7 @@ class Problem:
         dc = c[:, None] * np.concatenate([grad, by_q, t2[:, None] * by_q], axis=1)
         factor = np.exp(theta[lay.tau])
         dt = np.diff(sn.t_s, prepend=sn.t_s[0])
-        f, df, df_tau, phi = lagged(c, dc, dt, self.rise_s * factor, self.fall_s * factor, self._start(theta))
+        f, df, df_tau, tau = lagged(c, dc, dt, self.rise_s * factor, self.fall_s * factor, self._start(theta))
         gain = np.exp(theta[lay.gain])[sn.element]
         h = gain * f[sn.at]
         rows = np.zeros((len(sn.at), lay.size))
@@ -124,7 +124,7 @@ class Problem:
         rows[np.arange(len(sn.at)), lay.baseline.start + sn.element] = 1.0
         speed = np.linalg.norm(np.diff(p, axis=0, prepend=p[:1]), axis=1) / np.maximum(dt, 1e-9)
         field = self.law.field(c, rarity, r, speed, float(theta[lay.exponent]))
-        along = Along(field, dt, phi, sn.at, gain, sn.sigma_ppm**2)
+        along = Along(field, dt, tau, sn.at, gain, sn.sigma_ppm**2)
         return Expected(h, rows, float(f[-1]), along)
 
     def _start(self, theta: Array) -> float:

@@ -33,7 +33,10 @@ class BeliefMap:
         return Trace(self.path_period_s, self.limit)
 
     def locate(self, sniffs: Sniffs, known: Knowledge, before: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
-        """Hypotheses for the source, best first, each with its covariance; at least one. Those `before` are starts as well."""
+        """Hypotheses for the source, best first, each with its covariance; at least one.
+
+        Hypotheses `before` are followed; without any, coarse places all over the nose's box are tried.
+        """
         problem, noise = problem_of(sniffs, known), known.model.fluctuation
         fits = sorted((solve(problem, start, noise) for start in self._starts(problem, known, before)), key=lambda fit: fit.chi2)
         kept: list[Fit] = []
@@ -44,12 +47,14 @@ class BeliefMap:
         return tuple(kept)
 
     def _starts(self, problem: Problem, known: Knowledge, before: tuple[Fit, ...]) -> list[Array]:
-        """The best coarse places that lie apart; the strength of each by weighted least squares, where the reading is linear in it."""
+        """Where hypotheses were, or else the best coarse places that lie apart, each with its best strength."""
+        if before:
+            return [fit.mean for fit in before]
         arm, weigh = known.model.arm, known.model.fluctuation
         places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
         tried = sorted((with_strength(problem, theta, weigh.gamma) for theta in begun), key=lambda pair: pair[0])
-        starts = [fit.mean for fit in before]
+        starts: list[Array] = []
         for _, theta in tried:
             if len(starts) >= self.starts:
                 break

@@ -85,12 +85,20 @@ class Calibration:
 
 
 @dataclass(frozen=True)
+class MapMade:
+    """When a belief map was made, and whether all places were tried."""
+
+    t_ns: int
+    anew: bool
+
+
+@dataclass(frozen=True)
 class Navigation:
-    """The search: when it ran, when maps were made (also offline re-runs make them then), and how it ended."""
+    """The search: when it ran, when maps were made (re-runs over the log make theirs then), and how it ended."""
 
     began_ns: int
     ended_ns: int
-    maps_ns: tuple[int, ...]
+    maps: tuple[MapMade, ...]
     move_ends_ns: tuple[int, ...]
     declared: bool
     source_m: tuple[float, ...]

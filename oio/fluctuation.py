@@ -54,12 +54,12 @@ class Field:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Along:
-    """The field along a path, dt (k,) s and lag factor phi (k,) of its steps; and of every reading its place on the path (m,), its gain
+    """The field along a path, dt (k,) s and lag tau (k,) s of its steps; and of every reading its place on the path (m,), its gain
     (m,) and its nominal variance (m,) ppm^2."""
 
     field: Field
     dt_s: Array
-    phi: Array
+    tau_s: Array
     at: NDArray[np.int64]
     gain: Array
     variance_ppm2: Array
@@ -80,18 +80,10 @@ class White:
 
 def whiten(rows: Array, along: Along, noise: Fluctuation) -> White:
     """Rows (m, p) (residuals, Jacobians; all in ppm) through the whitening filter."""
-    keep = np.exp(-along.dt_s * noise.rate(along.field))
-    out, expected = _filtered(
-        np.ascontiguousarray(rows),
-        along.at,
-        along.phi,
-        along.field.mean_ppm * noise.height(along.field),
-        keep,
-        noise.gamma**2,
-        along.gain,
-        noise.scale * along.variance_ppm2,
-    )
-    return White(out, expected)
+    swing = along.field.mean_ppm * noise.height(along.field)
+    steps = coupled(along.dt_s, along.tau_s, 1.0 / noise.rate(along.field), swing, noise.gamma**2)
+    white = noise.scale * along.variance_ppm2
+    return White(*_filtered(np.ascontiguousarray(rows), along.at, steps, noise.gamma**2, along.gain, white))
 
 
 GAMMAS = np.geomspace(0.02, 1.5, 14)
@@ -105,9 +97,29 @@ def fitted(residual: Array, along: Along, scale: float) -> Fluctuation:
 
 
 @numba.njit(cache=True)
-def _filtered(
-    rows: Array, at: NDArray[np.int64], phi: Array, swing: Array, keep: Array, variance: float, gain: Array, white: Array
-) -> tuple[Array, Array]:
+def coupled(dt: Array, tau: Array, t: Array, swing: Array, variance: float) -> Array:
+    """Exact discretisation of  tau f' = swing m - f,  t m' = -m + noise (stationary variance of m given), per step (k, 6):
+    phi = F00, F01, keep = F11, Q00 [ppm^2], Q01 [ppm], Q11.
+
+    Q = P - F P F' with the stationary P, so that two half steps equal one whole step.
+    """
+    out = np.empty((len(dt), 6))
+    for i in range(len(dt)):
+        phi, keep = np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t[i])
+        slower = t[i] - tau[i]
+        to = swing[i] * (phi * dt[i] / tau[i] if abs(slower) < 1e-6 * tau[i] else (keep - phi) * t[i] / slower)
+        p11 = variance
+        p01 = swing[i] * variance * t[i] / (t[i] + tau[i])
+        p00 = swing[i] * p01
+        out[i, 0], out[i, 1], out[i, 2] = phi, to, keep
+        out[i, 3] = p00 - (phi * phi * p00 + 2.0 * phi * to * p01 + to * to * p11)
+        out[i, 4] = p01 - keep * (phi * p01 + to * p11)
+        out[i, 5] = p11 * (1.0 - keep * keep)
+    return out
+
+
+@numba.njit(cache=True)
+def _filtered(rows: Array, at: NDArray[np.int64], steps: Array, variance: float, gain: Array, white: Array) -> tuple[Array, Array]:
     m, p = rows.shape
     out, expected = np.empty((m, p)), np.empty(m)
     lagged, relative = np.zeros(p), np.zeros(p)  # state estimates, one per column
@@ -115,11 +127,11 @@ def _filtered(
     step = 0
     for i in range(m):
         while step <= at[i]:
-            a, b, k = phi[step], (1.0 - phi[step]) * swing[step], keep[step]
+            a, b, k = steps[step, 0], steps[step, 1], steps[step, 2]
             p00, p01, p11 = (
-                a * a * p00 + 2.0 * a * b * p01 + b * b * p11,
-                k * (a * p01 + b * p11),
-                k * k * p11 + variance * (1.0 - k * k),
+                a * a * p00 + 2.0 * a * b * p01 + b * b * p11 + steps[step, 3],
+                k * (a * p01 + b * p11) + steps[step, 4],
+                k * k * p11 + steps[step, 5],
             )
             for j in range(p):
                 lagged[j] = a * lagged[j] + b * relative[j]

@@ -15,7 +15,7 @@ import numpy as np
 
 from oio.arm import Arm
 from oio.batch import Fit
-from oio.fluctuation import Fluctuation
+from oio.fluctuation import Fluctuation, coupled
 from oio.ranging import LAW, RangeLaw, concentration
 from oio.records import Array, Belief, GasReading, JointState, seconds
 from oio.settings import settings
@@ -118,28 +118,28 @@ class Model:
         p, jac = self.arm.nose_jacobian(joints.q - new[at["o"]])
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
         field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + 4]))
-        swing = float(fl.height(field)[0])
-        felt = c[0] * (1.0 + swing * x[m])
-        phi = np.exp(-dt_s / (self.rise_s if felt > x[i] else self.fall_s))
-        new[i] = phi * x[i] + (1.0 - phi) * felt
-        row = np.zeros(self.size)
-        row[s : s + LAW] = felt * grad[0]
-        row[m] = c[0] * swing
-        row[i] = phi / (1.0 - phi)
+        swing = c * fl.height(field)
+        tau = np.array([self.rise_s if c[0] + swing[0] * x[m] > x[i] else self.fall_s])
+        step = coupled(np.array([dt_s]), tau, 1.0 / fl.rate(field), swing, fl.gamma**2)[0]
+        phi, to, keep = step[:3]
+        new[i] = phi * x[i] + (1.0 - phi) * c[0] + to * x[m]
+        new[m] = keep * x[m]
+        felt = (1.0 - phi) * c[0] + to * x[m]  # both parts go with c
         by_o = felt * grad[0, :3] @ jac
-        row[at["o"]], row[at["v"]], row[at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
-        jacobian[i] = (1.0 - phi) * row
-        keep = float(np.exp(-dt_s * fl.rate(field)[0]))
-        new[m], jacobian[m, m] = keep * x[m], keep
-        return new, jacobian, self.process_noise(dt_s, keep)
+        jacobian[i, s : s + LAW] = felt * grad[0]
+        jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
+        jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, to, keep
+        q = np.diag(self.process_noise(dt_s))
+        q[i, i], q[i, m], q[m, i], q[m, m] = step[3], step[4], step[4], step[5]
+        return new, jacobian, q
 
     def _speed(self, jac: Array, joints: JointState) -> Array:
         """Of the nose (1,) m/s; a joint slower than one count per sample stands still."""
         moving = np.abs(joints.dq) > self.wander.still_rad_s
         return np.array([np.linalg.norm(jac @ (joints.dq * moving))])
 
-    def process_noise(self, dt_s: float, keep: float) -> Array:
-        """Q (N, N) of dt_s, in which the fluctuation keeps the fraction `keep` of itself."""
+    def process_noise(self, dt_s: float) -> Array:
+        """Diagonal of Q (N,) over dt_s for all but f and m, whose noise depends on where the nose is."""
         w, at = self.wander, self.at
         q = np.zeros(self.size)
         q[at["o"]] = np.radians(w.offset_deg_sqrt_s) ** 2 * dt_s
@@ -149,8 +149,7 @@ class Model:
         q[at["n"]] = w.exponent_sqrt_s**2 * dt_s
         q[at["k"]] = w.wind_per_m_sqrt_s**2 * dt_s
         q[at["b"]] = (w.baseline_sigmas_sqrt_s * self.sigma_ppm) ** 2 * dt_s
-        q[at["m"]] = self.fluctuation.gamma**2 * (1.0 - keep * keep)
-        return np.diag(q)
+        return q
 
     def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
         """Expected reading [ppm], its Jacobian H (N,), and R [ppm^2]: the variance of one fresh reading, or the assembly's."""

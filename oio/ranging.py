@@ -107,10 +107,10 @@ def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) 
     phi = exp(-dt_i / tau), w1 = 1 - (1 - phi) tau / dt, w0 = 1 - phi - w1; tau is `rise` or `fall` by the sign of c_i - f_{i-1}.
 
     c (k,) ppm and dc (k, m) its sensitivities, dt (k,) s before each step. Returns f (k,), df (k, m),
-    df/d ln(tau) (k,) and phi (k,).
+    df/d ln(tau) (k,) and the tau (k,) s that each step had.
     """
     k, m = dc.shape
-    f, df, df_tau, factor = np.empty(k), np.empty((k, m)), np.empty(k), np.empty(k)
+    f, df, df_tau, used = np.empty(k), np.empty((k, m)), np.empty(k), np.empty(k)
     state, sensitivity, to_tau = f0, np.zeros(m), 0.0
     for i in range(k):
         before = i - 1 if i > 0 else 0
@@ -125,6 +125,6 @@ def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) 
         state = phi * state + w0 * c[before] + w1 * c[i]
         for j in range(m):
             sensitivity[j] = phi * sensitivity[j] + w0 * dc[before, j] + w1 * dc[i, j]
-        f[i], df_tau[i], factor[i] = state, to_tau, phi
+        f[i], df_tau[i], used[i] = state, to_tau, tau
         df[i] = sensitivity
-    return f, df, df_tau, factor
+    return f, df, df_tau, used

@@ -101,19 +101,17 @@ def _type_b(found: MapCalibration) -> Entry:
 
 def _filter(calibration: Calibration, t_ns: int) -> Entry:
     model, known = calibration.chosen.model, calibration.chosen
-    n, second = model.arm.dof, 1.0
-    q = model.process_noise(second, float(np.exp(-second / model.fluctuation.t_s)))
+    q = model.process_noise(1.0)
     r = model.noise.r_ppm2 if model.noise.r_ppm2 is not None else model.fluctuation.scale * model.sigma_ppm**2
     return {
         "assembly": model.noise.assembly,
         "t_s": t_ns / 1e9,
         "states": list(model.names),
         "units": list(model.units),
-        "Q_per_s_diagonal": [float(v) for v in np.diag(q)],
+        "Q_per_s_diagonal": [float(v) for v in q],
         "R_clean_air_ppm2": [[float(r)]],
         "P0_source_added_m2": [[model.noise.source_p0_m2 * (i == j) for j in range(3)] for i in range(3)],
         "P0_prior_parameters": _matrix(known.cov),
-        "drift_joints": n,
     }
 
 

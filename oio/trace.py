@@ -1,4 +1,4 @@
-"""What was sensed along a path, thinned to what a fit needs: joints a few times a second and every reading."""
+"""What was sensed along a path, thinned to what a fit needs: joints while they move, and every reading."""
 
 from dataclasses import dataclass, field
 
@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from oio.records import Array, GasReading, JointState, seconds
 
+STILL_RAD = 0.004  # joints that moved less since they were last kept stand still: 2.5 encoder counts
+
 
 @dataclass(slots=True)
 class Trace:
-    """Joints every `period_s` and all readings since the trace began; at most `limit` of either, the oldest go first."""
+    """Joints at most every `period_s` and all readings since the trace began; at most `limit` of either, the oldest go first."""
 
     period_s: float
     limit: int
@@ -27,9 +29,14 @@ class Trace:
             self.reading(sensed)
 
     def joints(self, state: JointState) -> None:
-        """Keep the joints if it is time."""
+        """Keep the joints if it is time: every `period_s` while they move, ten times more seldom while they stand."""
         self._joints = state
-        if not self._t or seconds(state.t_ns) - self._t[-1] >= self.period_s - 1e-9:
+        if not self._t:
+            self._keep(state)
+            return
+        waited_s = seconds(state.t_ns) - self._t[-1]
+        moved = float(np.max(np.abs(state.q - self._q[-1]))) > STILL_RAD
+        if waited_s >= (self.period_s if moved else 10.0 * self.period_s) - 1e-9:
             self._keep(state)
 
     def reading(self, reading: GasReading) -> None:

@@ -28,7 +28,7 @@ class CalibrateBouts:
     rule: BoutRule
     beacon: Source
     moves_per_rung: int
-    sniff_s: float  # how long each move's sniff lasts at least; two readings of every element at least
+    sniff_s: float  # how long each move's sniff lasts at least; one reading of every element at least
     path_period_s: float
     trace_limit: int
 
@@ -68,7 +68,7 @@ class CalibrateBouts:
         return place is None or self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.near_m
 
     def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace) -> list[Bout]:
-        dwell_s = max(self.sniff_s, 2 * self.sensor.elements * self.sensor.sample_s)
+        dwell_s = max(self.sniff_s, self.sensor.elements * self.sensor.sample_s)
         bouts: list[Bout] = []
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             trace.add(sensed)

@@ -7,7 +7,7 @@ import numpy as np
 from oio.arm import Arm
 from oio.beliefs import BeliefMap
 from oio.bouts import BoutDetector, BoutRule
-from oio.calibration import Calibration, Navigation
+from oio.calibration import Calibration, MapMade, Navigation
 from oio.odometry import Odometry
 from oio.pipeline import Context, sniff
 from oio.protocols import Estimator, Sensor, Strategy
@@ -36,6 +36,7 @@ class Navigate:
     near_m: float  # the nose keeps this far from where the source is believed
     declare_sd_m: float  # found when the source's standard deviation (root of the covariance's trace) is below this ...
     declare_near_m: float  # ... the nose has sniffed within this of it ...
+    declare_sniffs: int  # ... so many times, with bouts ...
     declare_nis: float  # ... and the mean NIS is below this; above it the map is made anew
 
     def check(self) -> None:
@@ -49,23 +50,25 @@ class Navigate:
             dwell_s=(0, 600),
             dwell_taus=(0, 10),
         )
-        in_range(self, near_m=(0, 10), declare_sd_m=(1e-5, 10), declare_near_m=(1e-3, 10), declare_nis=(1, 1e6))
+        in_range(self, near_m=(0, 10), declare_sd_m=(1e-5, 10), declare_near_m=(1e-3, 10), declare_nis=(1, 1e6), declare_sniffs=(1, 1000))
 
     def run(self, context: Context) -> Navigation:
         """Searches with the calibrated filter in the chosen assembly; every belief goes to the log."""
         context.world.present("source")
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
-        began, maps, ends, moves = context.world.t_ns, list[int](), list[int](), list[Move]()
+        began, maps, ends, moves = context.world.t_ns, list[MapMade](), list[int](), list[Move]()
         detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
         declared = False
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
             moves.append(self._move(context, odometry, detector, tuple(moves)))
             ends.append(context.world.t_ns)
             if self._map_due(odometry, len(moves)):
-                odometry.locate()
-                maps.append(context.world.t_ns)
+                self._map(odometry, maps, MapMade(context.world.t_ns, anew=False))
+            if self._narrow(odometry, tuple(moves)):
+                # a narrow belief is put to the test of a map of everything, begun anywhere; only if that agrees the source is declared
+                self._map(odometry, maps, MapMade(context.world.t_ns, anew=True))
+                declared = self._narrow(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
-            declared = self._found(odometry, tuple(moves))
         source = odometry.source()
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
@@ -103,13 +106,18 @@ class Navigate:
         due = (moves - self.explore) % self.remap == 0
         return due or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis)
 
-    def _found(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
+    def _map(self, odometry: Odometry, maps: list[MapMade], made: MapMade) -> None:
+        odometry.locate(made, self.declare_nis)
+        maps.append(made)
+
+    def _narrow(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
         source = odometry.source()
         if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis):
             return False
         noses = self.arm.nose(np.array([move.q for move in moves]) - odometry.belief.mean[odometry.known.model.at["o"]])
-        near = np.min(np.linalg.norm(noses - source[0], axis=1)) < self.declare_near_m
-        return bool(near and np.sqrt(np.trace(source[1])) < self.declare_sd_m)
+        smelt = np.array([move.bouts > 0 for move in moves])
+        near = np.count_nonzero((np.linalg.norm(noses - source[0], axis=1) < self.declare_near_m) & smelt)
+        return bool(near >= self.declare_sniffs and np.sqrt(np.trace(source[1])) < self.declare_sd_m)
 
     def _tell(self, context: Context, odometry: Odometry, moves: int) -> None:
         source = odometry.source()

@@ -1,6 +1,18 @@
 """The log of a run: one MCAP file (Protobuf, Foxglove schemas where one fits). Nothing else in OIO knows the format."""
 
-from oio.log.read import read_attachment, read_beliefs, read_end, read_innovations, read_metadata, read_samples
+from oio.log.read import (
+    read_attachment,
+    read_beliefs,
+    read_end,
+    read_hypotheses,
+    read_innovations,
+    read_metadata,
+    read_odometry,
+    read_readings,
+    read_samples,
+    read_stages,
+    read_states,
+)
 from oio.log.salvage import recover, salvage
 from oio.log.survey import Salvage
 from oio.log.write import RunLog, Watcher
@@ -12,9 +24,14 @@ __all__ = [
     "read_attachment",
     "read_beliefs",
     "read_end",
+    "read_hypotheses",
     "read_innovations",
     "read_metadata",
+    "read_odometry",
+    "read_readings",
     "read_samples",
+    "read_stages",
+    "read_states",
     "recover",
     "salvage",
 ]

@@ -1,0 +1,49 @@
+"""`--help`: every choice of conf/ with the sentence that heads its YAML, and every top-level key with its comment."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on a robot arm, then find a smell with it.
+
+  python -m oio.run sensor=ec dof=5                     one run in simulation
+  python -m oio.run -m sensor=ec,ndir seed=0,1,2 hydra/launcher=joblib    a sweep, in parallel
+  python -m oio.run backend=replay backend.log=RUN/run.mcap               the same estimator on a log
+  python -m oio.figures RUN                             a picture of a run
+  python -m oio.run sensor=ec dof=5 --cfg job           every number that a run would use
+"""
+GROUPS = ("sensor", "profile", "air", "backend", "recording", "arm", "ekf", "search", "stage")
+PLAIN = ("dof", "assembly", "seed", "source.position", "beacon.position")
+PLAIN_TEXT = {
+    "dof": "1, 2, 3 or 5: rung of the DoF ladder, how many joints move",
+    "assembly": "gum or paper: how Q and R are made of the uncertainties",
+    "seed": "of everything random: truth, turbulence and noise are independent streams of it",
+    "source.position": "\\[x,y,z] m in the arm's base frame: the unknown source; null draws it from the seed",
+    "beacon.position": "\\[x,y,z] m in the arm's base frame: the known source of the calibration",
+}
+
+
+def show_help(conf: Path) -> None:
+    """Print the choices."""
+    console = Console(soft_wrap=True)
+    console.print(HEADER)
+    for group in GROUPS:
+        table = Table.grid(padding=(0, 2))
+        for name, text in choices(conf, group):
+            table.add_row(f"  {name}", text)
+        console.print(f"[bold]{group}=[/bold]" + ("[...]  in this order; leave some out" if group == "stage" else ""))
+        console.print(table)
+    for key in PLAIN:
+        console.print(f"[bold]{key}=[/bold]  {PLAIN_TEXT[key]}")
+    console.print("\nAny other number: KEY.OF.THE.YAML=VALUE, e.g. stage.navigate.max_moves=40. Defaults stand in conf/config.yaml.")
+
+
+def choices(conf: Path, group: str) -> list[tuple[str, str]]:
+    """Names of a group with the first comment line of each YAML."""
+    return [(path.stem, _first_comment(path)) for path in sorted((conf / group).glob("*.yaml"))]
+
+
+def _first_comment(path: Path) -> str:
+    first = path.read_text(encoding="utf-8").split("\n", 1)[0]
+    return first.lstrip("# ") if first.startswith("#") else ""

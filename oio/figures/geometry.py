@@ -1,0 +1,62 @@
+"""Where things go on paper: the ellipse of a covariance, errors with their unit, limits of the axes, rows of labels."""
+
+import numpy as np
+from scipy.stats import chi2
+
+from oio.figures.story import Story
+from oio.metrics import COVERAGE, bearing
+from oio.records import Array
+
+
+def ellipse(mean_m: Array, cov_m2: Array) -> Array:
+    """Outline (73, 2) m of the 95 % region of x and y, for a mean (3,) m and covariance (3, 3) m^2: chi-square with 2 dof."""
+    variances, axes = np.linalg.eigh(cov_m2[:2, :2])
+    radii = np.sqrt(chi2.ppf(COVERAGE, 2) * np.maximum(variances, 0.0))
+    turn = np.linspace(0.0, 2 * np.pi, 73)
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return np.asarray(mean_m[:2] + circle * radii @ axes.T)
+
+
+def source_errors(story: Story) -> tuple[Array, Array, str]:
+    """Error (k,), two standard deviations (k,) and their unit: of the position, or of the bearing where only that is observable."""
+    believed, source = story.source, story.places["source"]
+    if story.dof >= 3:
+        error = 1e3 * np.linalg.norm(believed.p_m - source, axis=1)
+        return error, 2e3 * np.sqrt(np.trace(believed.cov_m2, axis1=1, axis2=2)), "mm"
+    seen_from = story.shoulder_m
+    beliefs = zip(believed.p_m - seen_from, believed.cov_m2, strict=True)
+    pairs = [_bearing_error(d, cov, source - seen_from, story.dof) for d, cov in beliefs]
+    error, spread = np.degrees(pairs).T
+    return error, 2.0 * spread, "deg"
+
+
+def _bearing_error(d: Array, cov: Array, true_d: Array, dof: int) -> tuple[float, float]:
+    """Error and standard deviation [rad] of the azimuth, with two joints of azimuth and elevation together."""
+    angles, jacobian = bearing(d)
+    off = (angles - bearing(true_d)[0] + np.pi) % (2 * np.pi) - np.pi
+    off[0] *= np.cos(angles[1]) if dof == 2 else 1.0  # a step in azimuth is short near the zenith
+    return float(np.linalg.norm(off[:dof])), float(np.sqrt(np.trace((jacobian @ cov @ jacobian.T)[:dof, :dof])))
+
+
+def limits(core: Array, rest: Array, width_over_height: float) -> tuple[Array, Array]:
+    """Corners (2,), (2,) of a picture of that shape that holds all `core` (k, 2) and of the `rest` (j, 2) what is not far away."""
+    low, high = core.min(axis=0), core.max(axis=0)
+    room = 0.3 * float(np.max(high - low))
+    near = np.clip(rest[np.all(np.isfinite(rest), axis=1)], low - room, high + room)
+    all_in = np.concatenate([core, near])
+    low, high = all_in.min(axis=0), all_in.max(axis=0)
+    half = 0.5 * (high - low) + 0.06 * float(np.max(high - low)) + 1e-9
+    half = np.maximum(half, half[::-1] * (width_over_height, 1.0 / width_over_height))  # equal scales on both axes
+    middle = 0.5 * (low + high)
+    return middle - half, middle + half
+
+
+def rows(middles: list[float], widths: list[float]) -> list[int]:
+    """A row per label so that none covers another; labels come from left to right and take the first row that is free."""
+    ends: list[float] = []
+    chosen = []
+    for middle, width in zip(middles, widths, strict=True):
+        row = next((i for i, end in enumerate(ends) if middle - width / 2 >= end), len(ends))
+        ends[row : row + 1] = [middle + width / 2]
+        chosen.append(row)
+    return chosen

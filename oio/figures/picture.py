@@ -1,0 +1,57 @@
+"""One picture of a run: the search from above, and three courses over time."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from oio.errors import BadInput
+from oio.figures.search_map import search_map
+from oio.figures.story import read_story
+from oio.figures.style import RC
+from oio.figures.timelines import gas, nose_error, source_error
+from oio.figures.titles import ending, headline, read_summary
+
+if TYPE_CHECKING:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+SIZE_IN, DPI = (16.0, 9.0), 100  # 1600 x 900 pixels
+PLACES = {  # left, bottom, width, height: fixed, so that every run gives the same picture and legends have their room
+    "map": (0.05, 0.2, 0.4, 0.655),
+    "source": (0.52, 0.715, 0.47, 0.2),
+    "gas": (0.52, 0.395, 0.47, 0.2),
+    "nose": (0.52, 0.075, 0.47, 0.2),
+}
+
+
+def draw(run: Path, out: Path) -> None:
+    """Draw `run`/run.mcap, with the figures of `run`/summary.json if it is there, to the PNG `out`; raises BadInput if it cannot."""
+    import matplotlib as mpl  # here and not above: it takes a second, and `--help` needs none of it
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    if out.suffix != ".png":
+        raise BadInput(f"--out is {out}, but a picture is a PNG. Type e.g. --out {out.with_suffix('.png')}")
+    story, summary = read_story(_log(run)), read_summary(run / "summary.json")
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=SIZE_IN, dpi=DPI)
+        canvas = FigureCanvasAgg(figure)
+        panels = {name: figure.add_axes(place) for name, place in PLACES.items()}
+        search_map(panels["map"], story)
+        source_error(panels["source"], story)
+        gas(panels["gas"], story)
+        nose_error(panels["nose"], story, summary)
+        figure.text(0.05, 0.955, headline(dict(story.identity), summary), fontsize=16, weight="bold")
+        figure.text(0.05, 0.92, ending(summary), fontsize=14)
+        _save(canvas, out)
+
+
+def _log(run: Path) -> Path:
+    """The log of a run; that of a run which was killed, if there is no other, so that the refusal says how to rescue it."""
+    whole, part = run / "run.mcap", run / "run.mcap.part"
+    return part if part.is_file() and not whole.is_file() else whole
+
+
+def _save(canvas: "FigureCanvasAgg", out: Path) -> None:
+    try:
+        canvas.figure.savefig(out, metadata={"Software": None})  # no version in it: the same run gives the same bytes
+    except OSError as error:
+        raise BadInput(f"--out is {out}, but that cannot be written ({error.strerror}). Give a file in a folder that exists.") from None

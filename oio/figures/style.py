@@ -1,0 +1,21 @@
+"""Colours that a colour-blind reader can tell apart (Okabe and Ito 2008), one meaning each, and the size of the letters."""
+
+from typing import Any
+
+TRUTH, CALIBRATED, DEAD = "#A6A6A6", "#0072B2", "#D55E00"
+BEACON, SOURCE, BELIEVED = "#009E73", "#F0E442", "#CC79A7"
+ELEMENTS = ("#009E73", "#CC79A7", "#0072B2", "#D55E00")
+SHADES = ("#FFFFFF", "#E9E9E9")  # stages in turn
+
+RC: Any = {  # matplotlib types its keys one by one
+    "font.size": 11,
+    "axes.titlesize": 12.5,
+    "axes.titleweight": "bold",
+    "legend.fontsize": 10.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+}

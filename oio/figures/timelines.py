@@ -1,0 +1,140 @@
+"""The small panels: source error, gas and nose error over time."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from oio.figures.geometry import rows, source_errors
+from oio.figures.story import Story
+from oio.figures.style import CALIBRATED, DEAD, ELEMENTS, SHADES
+from oio.figures.titles import Document, number
+from oio.records import Array, seconds
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TIME = "time since the run began (s)"
+
+
+def source_error(axes: "Axes", story: Story) -> None:
+    """|believed - true| over the search, log scale, with the two standard deviations that the filter itself claims."""
+    axes.set_title("Source error" if story.dof >= 3 else "Error of the source's bearing", loc="left")
+    if "source" not in story.places or not len(story.source):
+        say(axes, "no truth in this log: the error is unknown" if len(story.source) else "no belief in this log: nothing was mapped")
+        return
+    error, two_sigma, unit = source_errors(story)
+    t_s, floor = story.source.t_s, 0.5 * max(float(np.min(error)), 0.2)
+    axes.fill_between(
+        t_s, floor, np.maximum(two_sigma, floor), color=CALIBRATED, alpha=0.18, lw=0, label="within 2 $\\sigma$ of the belief"
+    )
+    axes.plot(t_s, np.maximum(error, floor), color=CALIBRATED, lw=1.6, label="|believed $-$ true|")
+    axes.set_yscale("log")
+    axes.set_ylim(floor, 1.5 * float(np.max([error, two_sigma])))
+    axes.set_yticks(_ticks(*axes.get_ylim()))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.minorticks_off()
+    axes.set_ylabel(f"error ({unit})")
+    _search_axis(axes, story)
+    _exploring(axes, story, float(t_s[0]))
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """1, 2 and 5 of every decade; over three decades and more the 1 alone."""
+    steps = (1.0,) if high > 1e3 * low else (1.0, 2.0, 5.0)
+    ticks = [step * 10.0**decade for decade in range(-6, 7) for step in steps]
+    return [tick for tick in ticks if low <= tick <= high]
+
+
+def gas(axes: "Axes", story: Story) -> None:
+    """Readings per element over the whole run, stages shaded."""
+    axes.set_title("Gas readings", loc="left")
+    if not story.readings:
+        say(axes, "no reading in this log")
+        return
+    t_s = np.array([seconds(r.t_ns) for r in story.readings])
+    element, ppm = np.array([r.element for r in story.readings]), np.array([r.ppm for r in story.readings])
+    for e in np.unique(element):
+        mine, color = element == e, ELEMENTS[int(e) % len(ELEMENTS)]
+        axes.plot(t_s[mine], ppm[mine], color=color, lw=1.1, label=f"element {e}")
+    end_s = max([float(t_s[-1]), *(span.end_s for span in story.spans)])
+    axes.set_xlim(0.0, end_s)
+    axes.set_ylabel("reading (ppm)")
+    axes.set_xlabel(TIME)
+    _stages(axes, story, _spread(ppm))
+    _legend(axes)
+
+
+def nose_error(axes: "Axes", story: Story, summary: Document) -> None:
+    """How far the nose was from where the calibrated filter and the bare encoders put it."""
+    axes.set_title("Nose error", loc="left")
+    if not len(story.truth):
+        say(axes, "no truth in this log: the error is unknown")
+        return
+    for course, label, keys, color in (
+        (story.dead, "dead reckoning", ("dead_reckoning", "nose_error_m"), DEAD),
+        (story.odometry, "calibrated odometry", ("calibrated", "nose_error_m"), CALIBRATED),
+    ):
+        if len(course):
+            t_s, off_m = course.distances(story.truth)
+            rms_m = number(summary, *keys)
+            label += "" if rms_m is None else f", RMS {1e3 * rms_m:.1f} mm"
+            axes.plot(t_s, 1e3 * off_m, color=color, lw=1.3, label=label)
+        elif course is story.dead:
+            axes.plot([], [], color=color, label="no dead reckoning: no arm.mjcf fits this log")
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("error (mm)")
+    _search_axis(axes, story, "; RMS since the first map" if summary else "")
+
+
+def say(axes: "Axes", text: str) -> None:
+    """An empty panel that says why."""
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center")
+
+
+def _search_axis(axes: "Axes", story: Story, more: str = "") -> None:
+    axes.set_xlim(story.search.begin_s, story.search.end_s)
+    axes.set_xlabel(f"{TIME}; the search only{more}")
+    _legend(axes)
+
+
+def _legend(axes: "Axes") -> None:
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.01, 0.98), ncol=4, frameon=False, borderaxespad=0.0, handlelength=1.3, columnspacing=1.2
+    )
+
+
+def _exploring(axes: "Axes", story: Story, until_s: float) -> None:
+    begin_s, end_s = story.search.begin_s, story.search.end_s
+    if until_s - begin_s > 0.2 * (end_s - begin_s):
+        middle = 0.5 * (until_s - begin_s) / (end_s - begin_s)
+        axes.text(middle, 0.5, "exploring:\nno belief yet", transform=axes.transAxes, ha="center", va="center", color="#666666")
+
+
+def _stages(axes: "Axes", story: Story, spread: tuple[float, float]) -> None:
+    """Shade the stages and name them in rows above the data; one that took no simulated time cannot be seen."""
+    low, high = spread
+    seen = [span for span in story.spans if span.end_s > span.begin_s]
+    names = [span.stage.replace("_", " ") for span in seen]
+    widths = [_width_s(axes, name) for name in names]
+    middles = [max(0.5 * (span.begin_s + span.end_s), 0.5 * width) for span, width in zip(seen, widths, strict=True)]
+    levels = rows(middles, widths)
+    tall = 0.13 * (high - low)  # of a row of names
+    axes.set_ylim(low, high + tall * (1 + max(levels, default=-1)))
+    for i, (span, name, level) in enumerate(zip(seen, names, levels, strict=True)):
+        axes.axvspan(span.begin_s, span.end_s, color=SHADES[i % 2], lw=0, zorder=0)
+        axes.text(middles[i], high + tall * (level + 0.5), name, ha="center", va="center", fontsize=10)
+
+
+def _width_s(axes: "Axes", name: str) -> float:
+    """About how many seconds of the axis a name covers: letters of 10 points are some 8 pixels wide."""
+    low, high = axes.get_xlim()
+    return (8 * len(name) + 12) * (high - low) / axes.get_window_extent().width
+
+
+def _spread(ppm: Array) -> tuple[float, float]:
+    finite = ppm[np.isfinite(ppm)]
+    low, high = (float(np.min(finite)), float(np.max(finite))) if len(finite) else (0.0, 1.0)
+    room = 0.05 * (high - low) or 1.0
+    return low - room, high + room

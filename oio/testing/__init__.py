@@ -1,0 +1,12 @@
+"""Conformance suites, one per protocol, for our own plug-ins and for those of others: call one in a test of your package.
+
+Each raises AssertionError with a sentence that says which promise is broken.
+"""
+
+from oio.testing.estimators import check_estimator
+from oio.testing.stages import check_stage
+from oio.testing.strategies import check_strategy
+from oio.testing.things import check_air, check_sensor
+from oio.testing.worlds import check_backend
+
+__all__ = ["check_air", "check_backend", "check_estimator", "check_sensor", "check_stage", "check_strategy"]

@@ -1,0 +1,38 @@
+"""What all suites share: a promise with its sentence, frozen things, and records compared bit for bit."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from oio.errors import BadInput
+
+
+def promise(holds: bool, sentence: str) -> None:
+    """Raise AssertionError with the sentence unless it holds; works under `python -O` as well, where `assert` does not."""
+    if not holds:
+        raise AssertionError(sentence)
+
+
+def frozen(thing: object) -> None:
+    """What Hydra builds is frozen: `thing` is a frozen dataclass, such as `@settings` makes."""
+    name = type(thing).__name__
+    promise(dataclasses.is_dataclass(thing), f"{name} is no dataclass; put @settings above it.")
+    parameters: Any = getattr(type(thing), "__dataclass_params__", None)
+    promise(parameters is not None and parameters.frozen, f"{name} can be changed after it was built; put @settings above it.")
+
+
+def refused(what: str, action: Any, *arguments: Any) -> None:
+    """The action ends in BadInput, with words."""
+    try:
+        action(*arguments)
+    except BadInput as error:
+        promise(len(str(error)) > 10, f"{what} is refused, but without saying why.")
+        return
+    raise AssertionError(f"{what} is not refused with BadInput.")
+
+
+def bits(record: object) -> list[object]:
+    """Type and values of a record, floats and arrays as bytes, so that equal means equal bit for bit."""
+    values = (getattr(record, field.name) for field in dataclasses.fields(record))  # type: ignore[arg-type]
+    return [type(record), *(np.asarray(v, dtype=float).tobytes() if isinstance(v, float | np.ndarray) else v for v in values)]

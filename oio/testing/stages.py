@@ -1,0 +1,23 @@
+"""Suite for stages."""
+
+import inspect
+
+from oio.errors import BadInput
+from oio.pipeline import gives
+from oio.protocols import Stage
+from oio.testing.promises import frozen, promise
+
+
+def check_stage(stage: Stage) -> None:
+    """Frozen; `needs` is a tuple of classes on the class; `run` takes a context and is annotated with the class of its result."""
+    frozen(stage)
+    name, needs = type(stage).__name__, getattr(type(stage), "needs", None)
+    promise(isinstance(needs, tuple), f"{name}.needs is a tuple of the results it reads, () for none, and a ClassVar.")
+    promise(all(isinstance(need, type) for need in stage.needs), f"{name}.needs holds classes, not {stage.needs}.")
+    promise(list(inspect.signature(stage.run).parameters) == ["context"], f"{name}.run takes a context and nothing else.")
+    try:
+        kind = gives(stage)
+    except BadInput as error:
+        raise AssertionError(str(error)) from None
+    promise(kind is not type(None), f"{name}.run gives something: a class of its own, so that other stages can need it.")
+    promise(kind not in stage.needs, f"{name} does not need {kind.__name__}, which it gives itself.")

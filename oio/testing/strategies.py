@@ -1,0 +1,25 @@
+"""Suite for search strategies."""
+
+import numpy as np
+
+from oio.errors import BadInput
+from oio.protocols import Strategy
+from oio.search.view import View
+from oio.testing.promises import bits, frozen, promise
+
+SEEDS = 5
+
+
+def check_strategy(strategy: Strategy, view: View) -> None:
+    """Every goal is one the arm may be sent to; the same seed gives the same goal; the view is not changed."""
+    frozen(strategy)
+    before = bits(view.belief) if view.belief is not None else []
+    for seed in range(SEEDS):
+        goal = strategy.propose(view, np.random.default_rng(seed))
+        try:
+            view.arm.checked(goal)
+        except BadInput as error:
+            raise AssertionError(f"a strategy proposes only what the arm may do: {error}") from None
+        again = strategy.propose(view, np.random.default_rng(seed))
+        promise(np.asarray(goal).tobytes() == np.asarray(again).tobytes(), "the same view and seed give the same goal, bit for bit.")
+    promise((bits(view.belief) if view.belief is not None else []) == before, "a strategy does not change what it sees.")

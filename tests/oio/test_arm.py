@@ -1,0 +1,161 @@
+"""Kinematics agree with MuJoCo; limits hold; every mistake is refused in words."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from oio.arm import smooth
+from oio.errors import BadInput
+
+DOFS = (1, 2, 3, 5)
+
+
+@pytest.fixture(scope="module")
+def physics(built):
+    model = mujoco.MjModel.from_xml_path(str(built("arm").path))
+    return model, mujoco.MjData(model)
+
+
+def by_mujoco(physics, q):
+    """Nose (3,) m and Jacobian (3, joints) at all joints q."""
+    model, data = physics
+    data.qpos[:] = q
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    jacobian, site = np.zeros((3, model.nv)), model.site("nose").id
+    mujoco.mj_jacSite(model, data, jacobian, None, site)
+    return np.array(data.site_xpos[site]), jacobian
+
+
+@pytest.mark.parametrize("dof", DOFS)
+def test_nose_and_jacobian_are_mujocos(built, physics, dof):
+    arm, rng = built("arm", f"dof={dof}"), np.random.default_rng(dof)
+    q = rng.uniform(arm.low_rad, arm.high_rad, (100, dof))
+    p, jacobian = arm.nose_jacobian(q)
+    for i in range(len(q)):
+        p_true, j_true = by_mujoco(physics, [*q[i], *arm.home_rad[dof:]])
+        np.testing.assert_allclose(p[i], p_true, atol=1e-9)
+        np.testing.assert_allclose(jacobian[i], j_true[:, :dof], atol=1e-9)
+
+
+def test_names_and_limits_are_the_mjcfs(built, physics):
+    arm, model = built("arm"), physics[0]
+    assert arm.names == tuple(model.joint(i).name for i in range(model.njnt))
+    np.testing.assert_array_equal(np.column_stack([arm.low_rad, arm.high_rad]), model.jnt_range)
+    assert built("arm", "dof=2").names == arm.names[:2]
+
+
+def test_shoulder_is_on_the_axis_of_the_first_joint(built):
+    arm = built("arm", "dof=1")
+    noses = arm.nose(np.linspace(-1.5, 1.5, 9)[:, None])
+    away = np.linalg.norm((noses - arm.shoulder)[:, :2], axis=1)
+    np.testing.assert_allclose(away, away[0], rtol=1e-9)
+
+
+def test_poses_may_come_in_any_shape(built):
+    arm = built("arm", "dof=3")
+    q = np.random.default_rng(0).uniform(-0.5, 0.5, (2, 4, 3))
+    p, jacobian = arm.nose_jacobian(q)
+    assert p.shape == (2, 4, 3) and jacobian.shape == (2, 4, 3, 3)
+    np.testing.assert_array_equal(p[1, 2], arm.nose(q[1, 2]))
+    with pytest.raises(ValueError, match="expected 3 joint values, got 5"):
+        arm.nose(np.zeros(5))
+
+
+def test_the_gantrys_joints_are_its_nose(built):
+    arm = built("arm", "arm=gantry", "dof=3")
+    p, jacobian = arm.nose_jacobian(np.array([1.0, 2.0, 0.5]))
+    np.testing.assert_allclose(p, [1.0, 2.0, 0.5])
+    np.testing.assert_allclose(jacobian, np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"dof": 4}, r"dof=4 is not on the ladder of arm 'so101'. It can be 1, 2, 3, 5. Type e.g. dof=5"),
+        ({"mjcf": "no/such.xml"}, "arm.mjcf is no/such.xml, but there is no such file"),
+        ({"home_rad": (0.0, 0.0)}, "arm.home_rad has 2 values, but hardware/arms/so101.xml has 5 joints"),
+        ({"home_rad": (0.0, 0.0, 0.0, 0.0, 9.0)}, "arm.home_rad is .*9.0.*, but the limits are"),
+        ({"joint_speed": 0.0}, "arm.joint_speed is 0.0, but it must be greater than 0"),
+        ({"nose_speed_m_s": -1.0}, "arm.nose_speed_m_s is -1.0, but it must be greater than 0"),
+        ({"encoder_drift_deg_s2": -1e-3}, "arm.encoder_drift_deg_s2 is -0.001, but it must be 0 or more"),
+        ({"homing_offset_deg": -1.0}, "arm.homing_offset_deg is -1.0, but it must be 0 or more"),
+        ({"backlash_deg": -1.0}, "arm.backlash_deg is -1.0, but it must be 0 or more"),
+    ],
+)
+def test_a_wrong_arm_is_refused(built, changes, said):
+    with pytest.raises(BadInput, match=said):
+        replace(built("arm"), **changes)
+
+
+@pytest.mark.parametrize(
+    ("q", "said"),
+    [
+        ([0.0, 0.0], r"a move of \(2,\) joint values was asked for, but dof=5 takes \(5,\)"),
+        ([0.0, np.nan, 0.0, 0.0, 0.0], "every joint needs a finite number"),
+        ([0.0, np.inf, 0.0, 0.0, 0.0], "every joint needs a finite number"),
+        ([1.92, -1.0, 0.6, 0.9, 0.0], "joints may go from"),
+        ([1.9, -1.0, 0.6, 0.9, 0.0], "and the nose from"),  # within the joint's limit, outside the box
+    ],
+)
+def test_a_wrong_move_is_refused(built, q, said):
+    with pytest.raises(BadInput, match=said):
+        built("arm").checked(np.array(q))
+
+
+@pytest.mark.parametrize("dof", DOFS)
+def test_home_and_random_poses_are_inside(built, dof):
+    arm, rng = built("arm", f"dof={dof}"), np.random.default_rng(1)
+    assert arm.inside(arm.home)
+    np.testing.assert_array_equal(arm.checked(arm.home), arm.home)
+    for _ in range(20):
+        p = arm.nose(arm.checked(arm.random_pose(rng)))
+        assert np.all(p >= arm.box_low_m) and np.all(p <= arm.box_high_m)
+
+
+def test_a_box_without_room_is_refused(built):
+    arm = replace(built("arm"), box_low_m=(2.0, 2.0, 2.0), box_high_m=(3.0, 3.0, 3.0))
+    with pytest.raises(BadInput, match=r"keeps the nose inside arm.box_low_m to arm.box_high_m; widen it"):
+        arm.random_pose(np.random.default_rng(0))
+
+
+def test_no_move_is_faster_than_the_arm_may_go(built):
+    arm, rng = built("arm"), np.random.default_rng(3)
+    for _ in range(20):
+        a, b = arm.random_pose(rng), arm.random_pose(rng)
+        over_s, x = arm.duration_s(a, b), np.linspace(0, 1, 2001)
+        way = a + np.array([smooth(v) for v in x])[:, None] * (b - a)
+        fastest = np.max(np.abs(np.diff(way, axis=0))) / (over_s / 2000)
+        assert fastest <= arm.joint_speed * (1 + 1e-4)
+    only_joints = replace(arm, nose_speed_m_s=1e6)
+    assert only_joints.duration_s(a, b) == pytest.approx(1.875 * np.max(np.abs(a - b)) / arm.joint_speed)
+
+
+def test_smooth_begins_and_ends_at_rest():
+    assert (smooth(-1.0), smooth(0.0), smooth(0.5), smooth(1.0), smooth(2.0)) == (0.0, 0.0, 0.5, 1.0, 1.0)
+    assert smooth(1e-3) < 1.1e-8 and 1.0 - smooth(1 - 1e-3) < 1.1e-8  # 10 x^3
+    x = np.linspace(0, 1, 100)
+    assert np.all(np.diff([smooth(v) for v in x]) > 0)
+
+
+def test_reach_brings_the_nose_there_or_says_no(built):
+    arm, rng = built("arm"), np.random.default_rng(4)
+    reached = 0
+    for _ in range(20):
+        goal = arm.nose(arm.random_pose(rng))
+        q = arm.reach(goal, arm.home)
+        if q is not None:
+            reached += 1
+            assert arm.inside(q) and np.linalg.norm(arm.nose(q) - goal) < 0.005
+    assert reached >= 15
+    assert arm.reach(np.array([2.0, 0.0, 0.3]), arm.home) is None
+
+
+def test_clearance_is_the_nearest_point_of_the_way(built):
+    arm = built("arm")
+    a, b = arm.home, arm.home + np.array([0.6, 0.0, 0.0, 0.0, 0.0])
+    on_the_way = arm.nose(a + 0.75 * (b - a))
+    assert arm.clearance_m(a, b, on_the_way) < 1e-9
+    assert arm.clearance_m(a, b, arm.nose(a)) == pytest.approx(np.linalg.norm(arm.nose(a + 0.25 * (b - a)) - arm.nose(a)))

@@ -1,0 +1,76 @@
+"""Whitening: against a dense covariance, on data of the model's own, and the fit of gamma and T."""
+
+import numpy as np
+import pytest
+
+from oio.fluctuation import Along, Field, Fluctuation, fitted, whiten
+
+
+def along_of(steps, *, every=2, phi=0.9, mean=10.0, rarity=1.0, r=0.1, speed=0.0, sigma=0.3, gain=1.0, slope=0.0, stray=0.0):
+    full = lambda value: np.full(steps, float(value))  # noqa: E731
+    at = np.arange(0, steps, every)
+    field = Field(full(mean), full(rarity), full(r), full(speed), slope, stray, 0.1)
+    return Along(field, full(0.1), full(phi), at, np.full(len(at), gain), np.full(len(at), sigma**2))
+
+
+def test_the_implied_covariance_is_that_of_the_process():
+    """Without lag a reading sees the fluctuation of the step before: gain^2 swing^2 gamma^2 keep^|i - j| + white."""
+    along, noise = along_of(12, every=1, phi=0.0, gain=1.5), Fluctuation(2.0, 0.4, 0.5)
+    white = whiten(np.eye(12), along, noise)
+    lower = np.linalg.inv(white.rows)
+    keep = np.exp(-0.1 / 0.5)
+    i = np.arange(12)
+    expected = (1.5 * 10.0 * 0.4) ** 2 * keep ** np.abs(i[:, None] - i) + 2.0 * 0.3**2 * np.eye(12)
+    np.testing.assert_allclose(lower @ lower.T, expected, rtol=1e-9, atol=1e-9)
+    assert np.sum(np.log(white.expected_ppm2)) == pytest.approx(np.linalg.slogdet(expected)[1])
+
+
+def test_with_lag_it_is_that_of_many_draws(draw):
+    along, noise = along_of(16, every=3, phi=0.8), Fluctuation(1.0, 0.4, 0.5)
+    rng = np.random.default_rng(0)
+    drawn = np.array([draw(along, noise, rng) for _ in range(20_000)])
+    lower = np.linalg.inv(whiten(np.eye(6), along, noise).rows)
+    np.testing.assert_allclose(lower @ lower.T, np.cov(drawn.T), atol=0.03 * np.max(np.var(drawn, axis=0)))
+
+
+def test_likelihood_is_gauss():
+    along, noise = along_of(8, every=1, phi=0.0), Fluctuation(1.0, 0.4, 0.5)
+    z = np.random.default_rng(1).standard_normal(8)
+    lower = np.linalg.inv(whiten(np.eye(8), along, noise).rows)
+    dense = lower @ lower.T
+    by_hand = z @ np.linalg.solve(dense, z) + np.linalg.slogdet(dense)[1]
+    assert whiten(z[:, None], along, noise).minus_2_log_likelihood == pytest.approx(by_hand)
+
+
+@pytest.mark.parametrize("noise", [Fluctuation(1.0, 0.3, 0.5), Fluctuation(2.0, 0.05, 3.0)])
+def test_readings_of_the_model_become_white(draw, noise):
+    along = along_of(8000, rarity=2.0, speed=0.02, slope=0.003, stray=0.1)
+    z = draw(along, noise, np.random.default_rng(2))
+    white = whiten(z[:, None], along, noise).rows[:, 0]
+    m = len(white)
+    assert np.mean(white**2) == pytest.approx(1.0, abs=4 * np.sqrt(2 / m))
+    assert abs(np.mean(white[1:] * white[:-1])) < 4 / np.sqrt(m)
+    assert np.corrcoef(z[1:], z[:-1])[0, 1] > 0.15  # they were not white before
+
+
+def test_columns_do_not_meddle():
+    along, noise, rows = along_of(20), Fluctuation(1.0, 0.3, 0.5), np.random.default_rng(3).standard_normal((10, 4))
+    both = whiten(rows, along, noise).rows
+    np.testing.assert_array_equal(both[:, 2:3], whiten(rows[:, 2:3], along, noise).rows)
+    np.testing.assert_allclose(whiten(3.0 * rows, along, noise).rows, 3.0 * both)
+
+
+@pytest.mark.parametrize("truth", [Fluctuation(1.0, 0.1, 0.4), Fluctuation(1.0, 0.6, 2.0)])
+def test_maximum_likelihood_finds_gamma_and_time(draw, truth):
+    along = along_of(6000)
+    found = fitted(draw(along, truth, np.random.default_rng(4)), along, 1.0)
+    assert found.gamma == pytest.approx(truth.gamma, rel=0.4)
+    assert 0.5 < found.t_s / truth.t_s < 2.0
+
+
+def test_height_and_rate_by_hand():
+    """h^2 = I + (n u_p / gamma r)^2 + (w ln(r / r_ref) / gamma)^2, rate = (r_ref / T + v) / r."""
+    field = along_of(1, rarity=4.0, r=0.2, speed=0.05, slope=0.003, stray=0.1).field
+    noise = Fluctuation(1.0, 0.5, 2.0)
+    assert noise.height(field)[0] ** 2 == pytest.approx(4.0 + (0.003 / 0.2 / 0.5) ** 2 + (0.1 * np.log(2.0) / 0.5) ** 2)
+    assert noise.rate(field)[0] == pytest.approx((0.1 / 2.0 + 0.05) / 0.2)

@@ -1,0 +1,114 @@
+"""Spheres to circle to two points to vertex, and what geometry cannot tell."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from oio.errors import NotObservable
+from oio.spheres import circle, dilution, two_points, vertex
+
+points = st.tuples(*[st.floats(-0.4, 0.4)] * 3).map(np.array)
+
+
+def spread(centres):
+    return np.linalg.svd(np.array(centres[1:]) - centres[0], compute_uv=False)
+
+
+@given(points, points, points)
+def test_the_circle_lies_on_both_spheres(s, a, b):
+    assume(np.linalg.norm(a - b) > 1e-3)
+    ring = circle(a, float(np.linalg.norm(s - a)), b, float(np.linalg.norm(s - b)))
+    assert (s - ring.centre) @ ring.normal == pytest.approx(0.0, abs=1e-7)
+    assert np.linalg.norm(s - ring.centre) == pytest.approx(ring.radius, abs=1e-4)
+
+
+def test_circle_by_hand():
+    ring = circle(np.zeros(3), 5.0, np.array([8.0, 0.0, 0.0]), 5.0)
+    np.testing.assert_allclose(ring.centre, [4.0, 0.0, 0.0])
+    np.testing.assert_allclose(ring.normal, [1.0, 0.0, 0.0])
+    assert ring.radius == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("apart", "radius", "said"),
+    [(0.0, 0.1, "the same centre"), (0.3, 0.1, "miss each other by 100.0 mm"), (0.05, 0.3, "miss each other by 150.0 mm")],
+)
+def test_spheres_that_do_not_meet_are_refused(apart, radius, said):
+    with pytest.raises(NotObservable, match=said):
+        circle(np.zeros(3), 0.1, np.array([apart, 0.0, 0.0]), radius)
+
+
+@given(points, points, points, points)
+def test_two_points_are_mirror_images_in_the_plane_of_the_centres(s, a, b, c):
+    normal = np.cross(b - a, c - a)
+    assume(np.linalg.norm(normal) > 0.01 and abs((s - a) @ normal) > 1e-3)
+    normal = normal / np.linalg.norm(normal)
+    radii = [float(np.linalg.norm(s - p)) for p in (a, b, c)]
+    one, other = two_points(circle(a, radii[0], b, radii[1]), c, radii[2])
+    assert min(np.linalg.norm(one - s), np.linalg.norm(other - s)) < 1e-5
+    np.testing.assert_allclose(one - 2 * ((one - a) @ normal) * normal, other, atol=1e-6)
+
+
+def test_a_third_sphere_that_misses_or_is_in_line_is_refused():
+    ring = circle(np.zeros(3), 0.5, np.array([0.8, 0.0, 0.0]), 0.5)
+    with pytest.raises(NotObservable, match="in line"):
+        two_points(ring, np.array([2.0, 0.0, 0.0]), 1.0)
+    with pytest.raises(NotObservable, match="misses the circle"):
+        two_points(ring, np.array([0.4, 3.0, 0.0]), 0.1)
+
+
+@given(points, st.lists(points, min_size=4, max_size=8))
+def test_the_vertex_of_exact_ranges_is_the_source(s, centres):
+    radii = np.linalg.norm(np.array(centres) - s, axis=1)
+    assume(spread(centres)[2] > 0.02 and np.min(radii) > 1e-3)
+    np.testing.assert_allclose(vertex(np.array(centres), radii), s, atol=1e-6)
+
+
+@given(points, st.lists(points, min_size=5, max_size=8), st.floats(-3, 3), points, st.integers(0, 1000))
+def test_turning_shifting_and_shuffling_move_the_vertex_along(s, centres, angle, shift, seed):
+    assume(spread(centres)[2] > 0.05)
+    rng = np.random.default_rng(seed)
+    p = np.array(centres)
+    r = np.linalg.norm(p - s, axis=1) * np.exp(0.02 * rng.standard_normal(len(p))) + 1e-3
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    order = rng.permutation(len(p))
+    np.testing.assert_allclose(vertex((p @ turn.T + shift)[order], r[order]), turn @ vertex(p, r) + shift, atol=1e-6)
+
+
+LINE = np.outer(np.arange(5.0), [0.1, 0.05, 0.0])
+PLANE = np.array([[0.0, 0.0, 0.1], [0.1, 0.0, 0.1], [0.0, 0.1, 0.1], [0.1, 0.1, 0.1], [0.05, 0.2, 0.1]])
+
+
+@pytest.mark.parametrize(
+    ("centres", "said"),
+    [(LINE, "on a line; move another joint"), (PLANE, "in a plane, which leaves two mirror points"), (PLANE[:3], "sniff at 1 more places")],
+)
+def test_what_leaves_more_than_one_point_is_refused_in_words(centres, said):
+    with pytest.raises(NotObservable, match=said):
+        vertex(centres, np.linalg.norm(centres - [0.2, 0.1, 0.3], axis=1))
+
+
+def test_dilution_is_the_spread_of_a_least_squares_fit():
+    rng, source = np.random.default_rng(0), np.array([0.3, 0.05, 0.2])
+    centres = source + rng.uniform(-0.2, 0.2, (9, 3))
+    d = centres - source
+    rows = np.column_stack([d / np.sum(d**2, axis=1, keepdims=True), np.ones(9)])
+    fits = np.linalg.lstsq(rows, 0.01 * rng.standard_normal((9, 5000)), rcond=None)[0][:3]
+    assert np.sqrt(np.sum(np.var(fits, axis=1))) == pytest.approx(0.01 * dilution(centres, source), rel=0.05)
+
+
+def test_dilution_is_infinite_on_an_arc_and_finite_off_it():
+    angle = np.linspace(-1, 1, 12)
+    arc = np.column_stack([0.3 * np.cos(angle), 0.3 * np.sin(angle), np.full(12, 0.1)])
+    source = np.array([0.4, 0.1, 0.2])
+    assert dilution(arc, source) == np.inf
+    lifted = np.concatenate([arc, arc[::3] * 0.8 + [0.0, 0.0, 0.1]])
+    assert 0 < dilution(lifted, source) < 10
+
+
+def test_more_sniffs_never_dilute():
+    rng, source = np.random.default_rng(1), np.array([0.3, 0.05, 0.2])
+    centres = source + rng.uniform(-0.2, 0.2, (20, 3))
+    values = [dilution(centres[:k], source) for k in range(5, 21)]
+    assert np.all(np.diff(values) <= 1e-12)

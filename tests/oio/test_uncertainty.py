@@ -1,0 +1,48 @@
+"""Eq. (2) and (3), and what both assemblies make of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oio.uncertainty import STILL_M2_S, Noise, assemble, localisation, type_a, type_b
+
+
+def test_equations_2_and_3_by_hand():
+    assert type_a(6.0, 9) == 2.0
+    assert type_b(0.03, 4) == pytest.approx(0.03)
+    assert type_b(0.03, 16) == pytest.approx(0.015)
+
+
+@given(st.floats(1e-6, 1e6), st.integers(1, 1000))
+def test_four_times_the_readings_halve_both(value, n):
+    assert type_a(value, 4 * n) == pytest.approx(type_a(value, n) / 2)
+    assert type_b(value, 4 * n) == pytest.approx(type_b(value, n) / 2)
+
+
+def test_u_a_is_the_spread_of_means():
+    rng = np.random.default_rng(0)
+    means = rng.normal(0.0, 3.0, (20_000, 7)).mean(axis=1)
+    assert np.std(means) == pytest.approx(type_a(3.0, 7), rel=0.03)
+
+
+def test_localisation_of_repeats():
+    b = localisation(np.array([0.01, 0.03]), np.array([3.0, 9.0]), moves=4)
+    assert b.u_b_m == pytest.approx((0.01 + 0.03) / 2)  # 2 v / sqrt(4) = v
+    assert b.rms_m == pytest.approx(np.sqrt((0.01**2 + 0.03**2) / 2))
+    assert b.inflation == pytest.approx(2.0)  # mean NEES 6 where 3 was expected
+    assert b.misses_m == (0.01, 0.03) and b.moves == 4
+    assert localisation(np.array([0.01]), np.array([1.0]), 4).inflation == 1.0  # luck narrows nothing
+
+
+def test_the_paper_puts_both_on_the_diagonals_as_they_stand():
+    b = localisation(np.array([0.02]), np.array([6.0]), moves=4)
+    assert assemble("paper", 0.7, b) == Noise("paper", source_q_m2=b.u_b_m, r_ppm2=0.7, source_p0_m2=0.0, inflation=1.0)
+
+
+def test_gum_puts_type_b_into_the_beginning_and_a_fresh_reading_into_r():
+    b = localisation(np.array([0.02]), np.array([6.0]), moves=4)
+    noise = assemble("gum", 0.7, b)
+    assert noise.r_ppm2 is None and noise.source_q_m2 == STILL_M2_S
+    assert 3.0 * noise.source_p0_m2 == pytest.approx(b.rms_m**2)
+    assert noise.inflation == pytest.approx(2.0)

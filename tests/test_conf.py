@@ -1,0 +1,98 @@
+"""Every file in conf/ is composed and built, and what it builds keeps the promises of its protocol."""
+
+from pathlib import Path
+
+import pytest
+from hydra.errors import InstantiationException
+
+from oio.errors import BadInput
+from oio.pipeline import check_order
+from oio.testing import check_air, check_stage
+
+CONF = Path(__file__).resolve().parents[1] / "conf"
+
+
+def names(group):
+    return sorted(path.stem for path in (CONF / group).glob("*.yaml"))
+
+
+def overrides_of(group, name):
+    """What must be typed with a choice to make it whole."""
+    if (group, name) == ("arm", "gantry"):
+        return ("arm=gantry", "dof=3")
+    if (group, name) == ("backend", "replay"):
+        return ("backend=replay", "backend.log=outputs/no/such.mcap")
+    if (group, name) == ("backend", "recording"):
+        return ("backend=recording", "recording=airscout32")
+    return (f"{group}={name}",)
+
+
+OTHERS = ("profile", "recording", "sensor", "stage")  # built below, and not by their own name
+CHOICES = [(g.name, n) for g in sorted(CONF.iterdir()) if g.is_dir() and g.name not in OTHERS for n in names(g.name)]
+
+
+@pytest.mark.parametrize(("group", "name"), CHOICES)
+def test_every_choice_is_built(built, composed, group, name):
+    overrides = overrides_of(group, name)
+    if "_target_" in composed(*overrides)[group]:
+        target = composed(*overrides)[group]["_target_"]
+        assert type(built(group, *overrides)).__name__ == target.rsplit(".", 1)[1]
+
+
+def test_every_group_is_looked_at():
+    assert {"air", "arm", "backend", "ekf", "search"} <= {group for group, _ in CHOICES}
+    assert all(names(group) for group in OTHERS)
+
+
+@pytest.mark.parametrize("profile", names("profile"))
+@pytest.mark.parametrize("sensor", names("sensor"))
+def test_every_sensor_has_every_profile(built, composed, sensor, profile):
+    overrides = (f"sensor={sensor}", f"profile={profile}")
+    made = built("sensor", *overrides)
+    assert made.name == sensor
+    assert made.sample_s == composed(*overrides).profile[sensor].sample_s
+    assert built("nominal", *overrides).rise_s == made.tau_rise_s
+
+
+@pytest.mark.parametrize("recording", names("recording"))
+def test_every_recording_makes_a_backend(built, recording):
+    made = built("backend", "backend=recording", f"recording={recording}", "arm=gantry", "dof=3")
+    assert made.recording.name == recording
+
+
+@pytest.mark.parametrize("stage", names("stage"))
+def test_every_stage_keeps_its_promises(built, stage):
+    made = built("stage", f"stage=[{stage}]")
+    assert list(made) == [stage]
+    check_stage(made[stage])
+
+
+def test_the_default_stages_are_in_order_and_a_wrong_order_is_not(built):
+    check_order(built("stage"))
+    with pytest.raises(BadInput, match="'navigate' needs Calibration"):
+        check_order(built("stage", "stage=[warm_up,baseline,navigate]"))
+
+
+@pytest.mark.parametrize("air", names("air"))
+def test_every_air_keeps_its_promises(built, air):
+    check_air(built("air", f"air={air}"))
+
+
+@pytest.mark.parametrize("key", ["beacon", "source", "room", "range", "nominal", "wander", "belief_map", "bout", "seeds"])
+def test_every_key_of_the_root_is_built(built, composed, key):
+    assert type(built(key)).__name__ == composed()[key]["_target_"].rsplit(".", 1)[1]
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("arm.joint_speed=fast", "Arm.joint_speed"),
+        ("+arm.colour=red", "colour"),
+        ("~arm.backlash_deg", "backlash_deg"),
+        ("sensor.elements=3", "elements is 3"),
+        ("dof=4", "It can be 1, 2, 3, 5"),
+    ],
+)
+def test_mistakes_are_refused_with_their_key(built, override, said):
+    with pytest.raises((InstantiationException, BadInput), match=said):
+        built("backend", override)
