@@ -35,7 +35,7 @@ class BeliefMap:
     def locate(self, sniffs: Sniffs, known: Knowledge, before: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
         """Hypotheses for the source, best first, each with its covariance; at least one.
 
-        Hypotheses `before` are followed; without any, coarse places all over the nose's box are tried.
+        Hypotheses `before` are followed, and coarse places all over the nose's box are tried.
         """
         problem, noise = problem_of(sniffs, known), known.model.fluctuation
         fits = sorted((solve(problem, start, noise) for start in self._starts(problem, known, before)), key=lambda fit: fit.chi2)
@@ -47,16 +47,14 @@ class BeliefMap:
         return tuple(kept)
 
     def _starts(self, problem: Problem, known: Knowledge, before: tuple[Fit, ...]) -> list[Array]:
-        """Where hypotheses were, or else the best coarse places that lie apart, each with its best strength."""
-        if before:
-            return [fit.mean for fit in before]
+        """Where hypotheses were, and the best coarse places that lie apart, each with its best strength."""
         arm, weigh = known.model.arm, known.model.fluctuation
         places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
         tried = sorted((with_strength(problem, theta, weigh.gamma) for theta in begun), key=lambda pair: pair[0])
-        starts: list[Array] = []
+        starts = [fit.mean for fit in before]
         for _, theta in tried:
-            if len(starts) >= self.starts:
+            if len(starts) >= self.starts + len(before):
                 break
             if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
                 starts.append(theta)

@@ -85,20 +85,12 @@ class Calibration:
 
 
 @dataclass(frozen=True)
-class MapMade:
-    """When a belief map was made, and whether all places were tried."""
-
-    t_ns: int
-    anew: bool
-
-
-@dataclass(frozen=True)
 class Navigation:
     """The search: when it ran, when maps were made (re-runs over the log make theirs then), and how it ended."""
 
     began_ns: int
     ended_ns: int
-    maps: tuple[MapMade, ...]
+    maps_ns: tuple[int, ...]
     move_ends_ns: tuple[int, ...]
     declared: bool
     source_m: tuple[float, ...]

@@ -2,7 +2,6 @@
 
 from oio.batch import Fit
 from oio.beliefs import BeliefMap
-from oio.calibration import MapMade
 from oio.knowledge import Knowledge
 from oio.protocols import Estimator
 from oio.records import Array, Belief, GasReading, Innovation, JointState
@@ -35,15 +34,10 @@ class Odometry:
         self._nis = [*self._nis[-49:], innovation.nis]
         return innovation
 
-    def locate(self, made: MapMade, surprise: float) -> tuple[Fit, ...]:
-        """Make the map of the whole trace and begin the filter anew from its best hypothesis.
-
-        The hypotheses of the last map are followed; all places are tried if the map is to be made `anew`, or if the mean NIS since the
-        last one was above `surprise`.
-        """
+    def locate(self) -> tuple[Fit, ...]:
+        """Make the map of the whole trace and begin the filter anew from its best hypothesis."""
         assert self._joints is not None
-        followed = () if made.anew or not self.consistent(surprise) else self.hypotheses
-        self.hypotheses = self._map.locate(self.trace.frozen(), self.known, followed)
+        self.hypotheses = self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
         self.belief = self.known.model.begin(self.hypotheses[0], self._joints.t_ns)
         self._nis = []
         return self.hypotheses

@@ -8,7 +8,7 @@ import numpy as np
 from oio.arm import Arm
 from oio.beliefs import BeliefMap
 from oio.bounds import at_truth, cramer_rao
-from oio.calibration import Baselines, Calibration, MapCalibration, MapMade, Navigation
+from oio.calibration import Baselines, Calibration, MapCalibration, Navigation
 from oio.knowledge import Knowledge
 from oio.metrics import SourceScore, rms, score_source
 from oio.odometry import Odometry
@@ -40,7 +40,6 @@ class Evaluate:
     estimator: Estimator
     belief_map: BeliefMap
     declare_sd_m: float  # as navigate declares
-    declare_nis: float  # as navigate is surprised
     limits: Limits
 
     def run(self, context: Context) -> Evaluation:
@@ -62,9 +61,9 @@ class Evaluate:
         )  # fmt: skip
 
     def _replay(self, context: Context, search: Navigation, runs: dict[str, _Run], dead: list[float]) -> Truth | None:
-        maps, truth, joints = list(search.maps), None, None
+        maps, truth, joints = list(search.maps_ns), None, None
         for sample in context.log.samples(search.began_ns, search.ended_ns):
-            while maps and sample.t_ns > maps[0].t_ns:
+            while maps and sample.t_ns > maps[0]:
                 self._map(runs, maps.pop(0))
             if isinstance(sample, Truth):
                 truth = sample
@@ -79,14 +78,14 @@ class Evaluate:
                     innovation = run.odometry.reading(self.sensor.reading(sample))
                     if innovation is not None and not innovation.gated:
                         run.nis.append(innovation.nis)
-        for made in maps:
-            self._map(runs, made)
+        for t_ns in maps:
+            self._map(runs, t_ns)
         return truth
 
-    def _map(self, runs: dict[str, _Run], made: MapMade) -> None:
+    def _map(self, runs: dict[str, _Run], t_ns: int) -> None:
         for run in runs.values():
-            run.odometry.locate(made, self.declare_nis)
-            self._declare(run, made.t_ns)
+            run.odometry.locate()
+            self._declare(run, t_ns)
 
     def _noses(self, runs: dict[str, _Run], truth: Truth, joints: JointState | None, dead: list[float]) -> None:
         """Compare at the same instant: truth is logged right after the joints of its time."""

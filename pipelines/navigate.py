@@ -7,7 +7,7 @@ import numpy as np
 from oio.arm import Arm
 from oio.beliefs import BeliefMap
 from oio.bouts import BoutDetector, BoutRule
-from oio.calibration import Calibration, MapMade, Navigation
+from oio.calibration import Calibration, Navigation
 from oio.odometry import Odometry
 from oio.pipeline import Context, sniff
 from oio.protocols import Estimator, Sensor, Strategy
@@ -56,17 +56,16 @@ class Navigate:
         """Searches with the calibrated filter in the chosen assembly; every belief goes to the log."""
         context.world.present("source")
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
-        began, maps, ends, moves = context.world.t_ns, list[MapMade](), list[int](), list[Move]()
+        began, maps, ends, moves = context.world.t_ns, list[int](), list[int](), list[Move]()
         detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
         declared = False
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
             moves.append(self._move(context, odometry, detector, tuple(moves)))
             ends.append(context.world.t_ns)
-            if self._map_due(odometry, len(moves)):
-                self._map(odometry, maps, MapMade(context.world.t_ns, anew=False))
-            if self._narrow(odometry, tuple(moves)):
-                # a narrow belief is put to the test of a map of everything, begun anywhere; only if that agrees the source is declared
-                self._map(odometry, maps, MapMade(context.world.t_ns, anew=True))
+            # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
+            if self._map_due(odometry, len(moves)) or self._narrow(odometry, tuple(moves)):
+                odometry.locate()
+                maps.append(context.world.t_ns)
                 declared = self._narrow(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         source = odometry.source()
@@ -105,10 +104,6 @@ class Navigate:
             return False
         due = (moves - self.explore) % self.remap == 0
         return due or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis)
-
-    def _map(self, odometry: Odometry, maps: list[MapMade], made: MapMade) -> None:
-        odometry.locate(made, self.declare_nis)
-        maps.append(made)
 
     def _narrow(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
         source = odometry.source()

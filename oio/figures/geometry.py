@@ -39,13 +39,12 @@ def _bearing_error(d: Array, cov: Array, true_d: Array, dof: int) -> tuple[float
 
 
 def limits(core: Array, rest: Array, width_over_height: float) -> tuple[Array, Array]:
-    """Corners (2,), (2,) of a picture of that shape that holds all `core` (k, 2) and of the `rest` (j, 2) what is not far away."""
+    """Corners (2,), (2,) mm of a picture of that shape that holds all `core` (k, 2) mm and of the `rest` (j, 2) mm what is not far."""
     low, high = core.min(axis=0), core.max(axis=0)
     room = 0.3 * float(np.max(high - low))
-    near = np.clip(rest[np.all(np.isfinite(rest), axis=1)], low - room, high + room)
-    all_in = np.concatenate([core, near])
+    all_in = np.concatenate([core, np.clip(rest, low - room, high + room)])
     low, high = all_in.min(axis=0), all_in.max(axis=0)
-    half = 0.5 * (high - low) + 0.06 * float(np.max(high - low)) + 1e-9
+    half = np.maximum(0.5 * (high - low) + 0.06 * float(np.max(high - low)), 50.0)  # something to see even of nothing
     half = np.maximum(half, half[::-1] * (width_over_height, 1.0 / width_over_height))  # equal scales on both axes
     middle = 0.5 * (low + high)
     return middle - half, middle + half

@@ -21,7 +21,8 @@ def search_map(axes: "Axes", story: Story) -> None:
     _tracks(axes, story)
     _places(axes, story)
     _belief(axes, story, low, high)
-    axes.set_title("The search seen from above" + ("" if len(story.truth) else "; no truth in this log: beliefs only"), loc="left")
+    what = "search" if story.search.stage else "run"
+    axes.set_title(f"The {what} seen from above" + ("" if len(story.truth) else "; no truth in this log: beliefs only"), loc="left")
     axes.set_xlabel("x of the base frame, forward (mm)")
     axes.set_ylabel("y of the base frame, to the left (mm)")
     axes.legend(loc="upper left", bbox_to_anchor=(-0.06, -0.085), ncol=2, frameon=False, markerscale=0.65)

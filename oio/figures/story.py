@@ -70,8 +70,8 @@ class Story:
 def read_story(path: Path) -> Story:
     """The story of a finished log; raises BadInput for anything else."""
     identity = read_metadata(path)
-    spans = tuple(_spans(path))
     whole = Span("", 0.0, seconds(read_end(path)))
+    spans = tuple(_spans(path, whole.end_s))
     search = next((span for span in reversed(spans) if span.stage == SEARCH), whole)
     arm, readings = encoders(path, identity), tuple(read_readings(path))
     truth, joints, places = _world(path)
@@ -82,8 +82,9 @@ def read_story(path: Path) -> Story:
 
 
 def course(rows: Any) -> Course:
-    """A course of (t_ns, p (3,) m, covariance (3, 3) m^2 or None)."""
-    found = [(seconds(t_ns), p, np.zeros((3, 3)) if cov is None else cov) for t_ns, p, cov in rows]
+    """A course of (t_ns, p (3,) m, covariance (3, 3) m^2 or None); what is not finite cannot be drawn and is left out."""
+    known = ((seconds(t_ns), p, np.zeros((3, 3)) if cov is None else cov) for t_ns, p, cov in rows)
+    found = [row for row in known if np.all(np.isfinite(row[1])) and np.all(np.isfinite(row[2]))]
     t, p, cov = zip(*found, strict=True) if found else ((), (), ())
     return Course(np.array(t), np.array(p).reshape(-1, 3), np.array(cov).reshape(-1, 3, 3))
 
@@ -92,13 +93,14 @@ def _shoulder(arm: Encoders | None) -> Array:
     return np.zeros(3) if arm is None else arm.shoulder_m
 
 
-def _spans(path: Path) -> Iterator[Span]:
+def _spans(path: Path, end_s: float) -> Iterator[Span]:
     begun: dict[str, float] = {}
     for t_ns, stage, state in read_stages(path):
         if state == "begin":
             begun[stage] = seconds(t_ns)
         elif stage in begun:
             yield Span(stage, begun.pop(stage), seconds(t_ns))
+    yield from (Span(stage, begin_s, end_s) for stage, begin_s in begun.items())  # a recovered log may break off inside one
 
 
 def _world(path: Path) -> tuple[Course, list[JointState], dict[str, Array]]:
@@ -114,7 +116,7 @@ def _world(path: Path) -> tuple[Course, list[JointState], dict[str, Array]]:
                 joints.append(sample)
             case Event(kind="present"):
                 opened = sample.text
-    return course(t for t in truths if np.all(np.isfinite(t[1]))), joints, places
+    return course(truths), joints, places
 
 
 def _sources(path: Path, since_s: float) -> list[tuple[int, Array, Array]]:

@@ -39,8 +39,8 @@ def source_error(axes: "Axes", story: Story) -> None:
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """1, 2 and 5 of every decade; over three decades and more the 1 alone."""
-    steps = (1.0,) if high > 1e3 * low else (1.0, 2.0, 5.0)
+    """1, 2 and 5 of every decade; fewer over three decades and more, more within one."""
+    steps = (1.0,) if high > 1e3 * low else (1.0, 2.0, 5.0) if high > 10 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
     ticks = [step * 10.0**decade for decade in range(-6, 7) for step in steps]
     return [tick for tick in ticks if low <= tick <= high]
 
@@ -56,7 +56,7 @@ def gas(axes: "Axes", story: Story) -> None:
     for e in np.unique(element):
         mine, color = element == e, ELEMENTS[int(e) % len(ELEMENTS)]
         axes.plot(t_s[mine], ppm[mine], color=color, lw=1.1, label=f"element {e}")
-    end_s = max([float(t_s[-1]), *(span.end_s for span in story.spans)])
+    end_s = max([1.0, float(t_s[-1]), *(span.end_s for span in story.spans)])
     axes.set_xlim(0.0, end_s)
     axes.set_ylabel("reading (ppm)")
     axes.set_xlabel(TIME)
@@ -94,8 +94,8 @@ def say(axes: "Axes", text: str) -> None:
 
 
 def _search_axis(axes: "Axes", story: Story, more: str = "") -> None:
-    axes.set_xlim(story.search.begin_s, story.search.end_s)
-    axes.set_xlabel(f"{TIME}; the search only{more}")
+    axes.set_xlim(story.search.begin_s, max(story.search.end_s, story.search.begin_s + 1.0))
+    axes.set_xlabel(TIME + ("; the search only" if story.search.stage else "") + more)
     _legend(axes)
 
 

@@ -42,20 +42,30 @@ class Lab:
         theta[3] = np.log(20.0) + 0.3 * self.rng.standard_normal()
         return theta
 
-    def path(self, poses=8, stay_s=1.0, off=None):
-        """Times (k,) s and joints (k, n) of random poses, each with a second to get there; none within 4 cm of `off` (3,) m."""
+    def path(self, poses, stay_s, source):
+        """Times (k,) s and joints (k, n) of poses, a second to get to each: anywhere and near the source in turn, as a search has them."""
         t = np.arange(0.0, poses * (1.0 + stay_s), STEP_S)
-        goals = [self.arm.home, *(self._pose(off) for _ in range(poses))]
+        goals = [self.arm.home, *(self._near(source) if i % 2 else self._off(source) for i in range(poses))]
         leg = np.minimum((t / (1.0 + stay_s)).astype(int), poses - 1)
         share = np.array([smooth(x) for x in t - leg * (1.0 + stay_s)])
         q = np.array([goals[i] + s * (goals[i + 1] - goals[i]) for i, s in zip(leg, share, strict=True)])
         return t, q
 
-    def _pose(self, off):
+    def _off(self, source):
         while True:
             q = self.arm.random_pose(self.rng)
-            if off is None or np.linalg.norm(self.arm.nose(q) - off) > 0.04:
+            if np.linalg.norm(self.arm.nose(q) - source) > 0.04:
                 return q
+
+    def _near(self, source):
+        """5 to 9 cm from the source, where the arm has the joints for it."""
+        for _ in range(200 if self.arm.dof >= 3 else 0):
+            direction = self.rng.standard_normal(3)
+            goal = source + self.rng.uniform(0.05, 0.09) * direction / np.linalg.norm(direction)
+            q = self.arm.reach(goal, self.arm.home)
+            if q is not None:
+                return q
+        return self._off(source)
 
     def problem(self, theta, poses=8, stay_s=1.0, quiet=False, noise=NOISE):
         """The fit of a trace that theta made: MAP with the lab's prior. `quiet` leaves fluctuation and noise out."""
@@ -74,20 +84,26 @@ class Lab:
         expected = made.predict(theta)
         ppm = expected.ppm + theta[lay.baseline][element]
         if not quiet:
-            ppm = ppm + drawn(expected.along, noise, self.rng)
+            ppm = ppm + drawn(expected.along, noise, self.rng)[0]
         return replace(made, sniffs=replace(made.sniffs, ppm=ppm))
 
 
-def drawn(along, noise, rng):
-    """What fluctuation and white noise add to the readings (m,) ppm: the process of `oio.fluctuation`, step by step."""
-    keep, swing = np.exp(-along.dt_s * noise.rate(along.field)), along.field.mean_ppm * noise.height(along.field)
-    lagged, m, path = 0.0, noise.gamma * rng.standard_normal(), []
-    for k, phi, s in zip(keep, along.phi, swing, strict=True):
-        lagged = phi * lagged + (1.0 - phi) * s * m
-        m = k * m + noise.gamma * np.sqrt(1.0 - k * k) * rng.standard_normal()
+SUB = 10  # steps of the simulation in one step of the path
+
+
+def drawn(along, noise, rng, count=1):
+    """What fluctuation and white noise add to the readings (count, m) ppm, in steps too small for the order of things to matter."""
+    swing, rate = along.field.mean_ppm * noise.height(along.field), noise.rate(along.field)
+    lagged, m, path = np.zeros(count), noise.gamma * rng.standard_normal(count), []
+    for dt, tau, s, r in zip(along.dt_s / SUB, along.tau_s, swing, rate, strict=True):
+        keep, follow = np.exp(-dt * r), -np.expm1(-dt / tau)
+        kicks = noise.gamma * np.sqrt(1.0 - keep * keep) * rng.standard_normal((SUB, count))
+        for kick in kicks:
+            before, m = m, keep * m + kick
+            lagged = lagged + follow * (s * 0.5 * (before + m) - lagged)
         path.append(lagged)
-    white = np.sqrt(noise.scale * along.variance_ppm2) * rng.standard_normal(len(along.at))
-    return along.gain * np.array(path)[along.at] + white
+    white = np.sqrt(noise.scale * along.variance_ppm2) * rng.standard_normal((count, len(along.at)))
+    return along.gain * np.array(path)[along.at].T + white
 
 
 @pytest.fixture(scope="session")

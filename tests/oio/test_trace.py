@@ -25,6 +25,13 @@ def filled(period_s=0.1, limit=1000, ticks=100, every=7):
     return trace
 
 
+def test_joints_that_stand_are_kept_ten_times_more_seldom():
+    trace = Trace(0.1, 1000)
+    for i in range(151):
+        trace.add(JointState(nanoseconds(0.02 * i), [1.0], [0.0], [0.0]))
+    np.testing.assert_allclose(trace.frozen().t_s, [0.0, 1.0, 2.0, 3.0])
+
+
 def test_joints_are_thinned_and_every_reading_is_kept():
     sniffs = filled(ticks=101, every=1000).frozen()
     np.testing.assert_allclose(sniffs.t_s, 0.1 * np.arange(21))
