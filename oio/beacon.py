@@ -10,6 +10,7 @@ from oio.ranging import RangeLaw
 from oio.records import Array
 from oio.trace import Sniffs
 
+GUESS = 0.3  # gamma to begin with: too large loses a little, too small chases eddies
 ROUNDS = 4  # of answer and fluctuation in turn, at most
 WINDS = 6  # directions of wind tried besides none: the likelihood of the wind has several hills
 
@@ -27,7 +28,7 @@ def beacon_problem(
 
 def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) -> Fit:
     """Best of still air and WINDS winds by likelihood, or begun `like` a fit of much the same data; then fluctuation and answer in turn."""
-    guess = Fluctuation(noise_scale, problem.law.gamma, problem.law.eddy_s)
+    guess = Fluctuation(noise_scale, GUESS, problem.law.eddy_s)
     fit = like or min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
     for _ in range(ROUNDS):
         expected = problem.predict(fit.mean)

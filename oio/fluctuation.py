@@ -123,9 +123,11 @@ def _filtered(rows: Array, at: NDArray[np.int64], steps: Array, variance: float,
     m, p = rows.shape
     out, expected = np.empty((m, p)), np.empty(m)
     lagged, relative = np.zeros(p), np.zeros(p)  # state estimates, one per column
-    p00, p01, p11 = 0.0, 0.0, variance
-    step = 0
-    for i in range(m):
+    # the first reading is where the lag was begun: it tells nothing more, and is as uncertain as a reading is
+    p00, p01, p11 = white[0] / (gain[0] * gain[0]), 0.0, variance
+    out[0], expected[0] = 0.0, 1.0
+    step = at[0] + 1
+    for i in range(1, m):
         while step <= at[i]:
             a, b, k = steps[step, 0], steps[step, 1], steps[step, 2]
             p00, p01, p11 = (

@@ -83,8 +83,8 @@ class Model:
         joints = ["rad"] * n + ["rad/s"] * n + ["rad/s^2"] * n
         return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
 
-    def begin(self, fit: Fit, t_ns: int) -> Belief:
-        """The belief of a batch fit at time t, drift carried there exactly; the source's P0 widened as the assembly says."""
+    def begin(self, fit: Fit, t_ns: int, measurements: int) -> Belief:
+        """The belief of a batch fit of so many measurements at time t, drift carried there exactly; P0 widened as the assembly says."""
         n, lay, t = self.arm.dof, fit.layout, seconds(t_ns)
         eye, to = np.eye(n), np.zeros((self.size, lay.size))
         to[self.at["o"], lay.offset], to[self.at["o"], lay.drift] = eye, 0.5 * t * t * eye
@@ -96,7 +96,8 @@ class Model:
         mean[f] = fit.lagged_ppm
         cov[f, f] = (fl.gamma * fit.lagged_ppm) ** 2 + self.sigma_ppm**2
         cov[m, m] = fl.gamma**2
-        cov[self.at["s"], self.at["s"]] += self.noise.source_p0_m2 * np.eye(3)
+        share = min(self.noise.measurements / max(measurements, 1), 1.0)
+        cov[self.at["s"], self.at["s"]] += share * self.noise.source_p0_m2 * np.eye(3)
         cov[np.diag_indices(self.size)] += 1e-18
         return Belief(t_ns, mean, cov)
 

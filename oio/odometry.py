@@ -34,11 +34,11 @@ class Odometry:
         self._nis = [*self._nis[-49:], innovation.nis]
         return innovation
 
-    def locate(self) -> tuple[Fit, ...]:
-        """Make the map of the whole trace and begin the filter anew from its best hypothesis."""
+    def locate(self, measurements: int) -> tuple[Fit, ...]:
+        """Make the map of the whole trace, so many measurements, and begin the filter anew from its best hypothesis."""
         assert self._joints is not None
         self.hypotheses = self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
-        self.belief = self.known.model.begin(self.hypotheses[0], self._joints.t_ns)
+        self.belief = self.known.model.begin(self.hypotheses[0], self._joints.t_ns, measurements)
         self._nis = []
         return self.hypotheses
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.errors import NotObservable
 from oio.records import Array, GasReading, JointState, seconds
 
 STILL_RAD = 0.004  # joints that moved less since they were last kept stand still: 2.5 encoder counts
@@ -59,11 +60,13 @@ class Trace:
         return len(self._readings)
 
     def frozen(self) -> "Sniffs":
-        """The trace as arrays."""
+        """The trace as arrays; raises NotObservable if there is no reading yet."""
         t = np.array(self._t)
         kept = [r for r in self._readings if seconds(r.t_ns) >= t[0]]
+        if len(kept) < 2:
+            raise NotObservable("the trace has fewer than two readings; sniff longer before a map is made.")
         times = np.array([seconds(r.t_ns) for r in kept])
-        return Sniffs(
+        whole = Sniffs(
             t_s=t,
             q=np.array(self._q),
             at=np.searchsorted(t, times + 1e-9) - 1,
@@ -72,11 +75,15 @@ class Trace:
             ppm=np.array([r.ppm for r in kept]),
             sigma_ppm=np.array([r.sigma_ppm for r in kept]),
         )
+        return whole.between(float(times[0]), np.inf)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sniffs:
-    """A path t_s (k,), q (k, n) and readings on it: index into the path, time, element, ppm, sigma_ppm, each (m,)."""
+    """A path t_s (k,), q (k, n) and readings on it: index into the path, time, element, ppm, sigma_ppm, each (m,).
+
+    The path begins at the first reading, which says what the lagging sensor felt then: what came before left no other trace.
+    """
 
     t_s: Array
     q: Array
@@ -87,14 +94,17 @@ class Sniffs:
     sigma_ppm: Array
 
     def between(self, begin_s: float, end_s: float) -> "Sniffs":
-        """The part with begin_s <= t <= end_s."""
-        path, kept = (self.t_s >= begin_s) & (self.t_s <= end_s), (self.reading_t_s >= begin_s) & (self.reading_t_s <= end_s)
+        """The part with begin_s <= t <= end_s, from its first reading on."""
+        kept = (self.reading_t_s >= begin_s) & (self.reading_t_s <= end_s)
+        first = int(self.at[kept][0])
+        path = slice(first, int(np.searchsorted(self.t_s, end_s, side="right")))
         return Sniffs(
-            self.t_s[path], self.q[path], self.at[kept] - int(np.argmax(path)), self.reading_t_s[kept],
+            self.t_s[path], self.q[path], self.at[kept] - first, self.reading_t_s[kept],
             self.element[kept], self.ppm[kept], self.sigma_ppm[kept],
         )  # fmt: skip
 
     def without(self, begin_s: float, end_s: float) -> "Sniffs":
-        """The same path without the readings of begin_s <= t <= end_s."""
+        """The same path without the readings of begin_s <= t <= end_s; the first reading stays."""
         kept = (self.reading_t_s < begin_s) | (self.reading_t_s > end_s)
+        kept[0] = True
         return Sniffs(self.t_s, self.q, self.at[kept], self.reading_t_s[kept], self.element[kept], self.ppm[kept], self.sigma_ppm[kept])

@@ -61,22 +61,30 @@ class Noise:
     assembly: str
     source_q_m2: float  # added to the source's variance: per second (gum) or per step of the filter (paper)
     r_ppm2: float | None  # variance of a reading; None: that of one fresh reading at its concentration
-    source_p0_m2: float  # added to the belief map's covariance of the source, each axis
+    source_p0_m2: float  # added to the covariance of the source, each axis, for a map of `measurements`; less in proportion for more
+    measurements: int  # that a repeat of the calibration had
     inflation: float  # factor on the covariance of what the beacon taught
 
     @staticmethod
     def nominal() -> "Noise":
         """What holds before any Type B is known: R is that of a fresh reading, the source stands still."""
-        return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=0.0, inflation=1.0)
+        return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=0.0, measurements=1, inflation=1.0)
 
 
 def assemble(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
     """Q and R from the two uncertainties.
 
-    `gum`: u_b says how far the map's vertex is off, so its RMS over repeats enters P0 of the source (a third per axis), not Q: a source
-    that stands still has no process noise. The covariance of the fit is scaled until it explains the misses. u_a is the uncertainty of a
-    mean, so R is the variance of one fresh reading instead.
+    `gum`: u_b says how far the map's vertex is off, so its RMS over repeats enters P0 of the source (a third per axis, and less for a map
+    of more measurements than a repeat had), not Q: a source that stands still has no process noise. The covariance of the fit is scaled
+    until it explains the misses. u_a is the uncertainty of a mean, so R is the variance of one fresh reading instead.
     """
     if assembly == "paper":
-        return Noise(assembly, source_q_m2=type_b.u_b_m, r_ppm2=u_a_ppm, source_p0_m2=0.0, inflation=1.0)
-    return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=type_b.rms_m**2 / 3.0, inflation=type_b.inflation)
+        return Noise(assembly, source_q_m2=type_b.u_b_m, r_ppm2=u_a_ppm, source_p0_m2=0.0, measurements=1, inflation=1.0)
+    return Noise(
+        "gum",
+        source_q_m2=STILL_M2_S,
+        r_ppm2=None,
+        source_p0_m2=type_b.rms_m**2 / 3.0,
+        measurements=type_b.moves + 1,
+        inflation=type_b.inflation,
+    )

@@ -64,7 +64,7 @@ class Evaluate:
         maps, truth, joints = list(search.maps_ns), None, None
         for sample in context.log.samples(search.began_ns, search.ended_ns):
             while maps and sample.t_ns > maps[0]:
-                self._map(runs, maps.pop(0))
+                self._map(runs, maps.pop(0), search)
             if isinstance(sample, Truth):
                 truth = sample
                 self._noses(runs, truth, joints, dead)
@@ -79,12 +79,12 @@ class Evaluate:
                     if innovation is not None and not innovation.gated:
                         run.nis.append(innovation.nis)
         for t_ns in maps:
-            self._map(runs, t_ns)
+            self._map(runs, t_ns, search)
         return truth
 
-    def _map(self, runs: dict[str, _Run], t_ns: int) -> None:
+    def _map(self, runs: dict[str, _Run], t_ns: int, search: Navigation) -> None:
         for run in runs.values():
-            run.odometry.locate()
+            run.odometry.locate(sum(end <= t_ns for end in search.move_ends_ns))
             self._declare(run, t_ns)
 
     def _noses(self, runs: dict[str, _Run], truth: Truth, joints: JointState | None, dead: list[float]) -> None:

@@ -64,8 +64,9 @@ class Navigate:
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
             if self._map_due(odometry, len(moves)) or self._narrow(odometry, tuple(moves)):
-                odometry.locate()
+                odometry.locate(len(moves))
                 maps.append(context.world.t_ns)
+                self._log_belief(context, odometry)
                 declared = self._narrow(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         source = odometry.source()
@@ -91,12 +92,15 @@ class Navigate:
 
     def _log(self, context: Context, odometry: Odometry, reading: GasReading) -> None:
         innovation = odometry.reading(reading)
-        nose = odometry.nose()
-        if innovation is None or odometry.belief is None or nose is None:
-            return
-        context.log.innovation(innovation)
-        context.log.estimate(odometry.belief, odometry.known.model.names, odometry.known.model.units)
-        context.log.odometry(reading.t_ns, *nose)
+        if innovation is not None:
+            context.log.innovation(innovation)
+            self._log_belief(context, odometry)
+
+    def _log_belief(self, context: Context, odometry: Odometry) -> None:
+        belief, nose = odometry.belief, odometry.nose()
+        if belief is not None and nose is not None:
+            context.log.estimate(belief, odometry.known.model.names, odometry.known.model.units)
+            context.log.odometry(belief.t_ns, *nose)
 
     def _map_due(self, odometry: Odometry, moves: int) -> bool:
         """First after exploring; again every `remap` moves, while hypotheses compete, and when the filter is too surprised."""

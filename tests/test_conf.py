@@ -27,21 +27,28 @@ def overrides_of(group, name):
     return (f"{group}={name}",)
 
 
-OTHERS = ("profile", "recording", "sensor", "stage")  # built below, and not by their own name
-CHOICES = [(g.name, n) for g in sorted(CONF.iterdir()) if g.is_dir() and g.name not in OTHERS for n in names(g.name)]
+BUILT = ("air", "arm", "backend", "ekf", "search")  # a choice of these is one thing
+OTHERS = ("profile", "recording", "sensor", "stage")  # built below
+CHOICES = [(group, name) for group in BUILT for name in names(group)]
+ADDED = [(g.name, n) for g in sorted(CONF.iterdir()) if g.is_dir() and g.name not in (*BUILT, *OTHERS, "hydra") for n in names(g.name)]
 
 
 @pytest.mark.parametrize(("group", "name"), CHOICES)
 def test_every_choice_is_built(built, composed, group, name):
     overrides = overrides_of(group, name)
-    if "_target_" in composed(*overrides)[group]:
-        target = composed(*overrides)[group]["_target_"]
-        assert type(built(group, *overrides)).__name__ == target.rsplit(".", 1)[1]
+    target = composed(*overrides)[group]["_target_"]
+    assert type(built(group, *overrides)).__name__ == target.rsplit(".", 1)[1]
 
 
 def test_every_group_is_looked_at():
-    assert {"air", "arm", "backend", "ekf", "search"} <= {group for group, _ in CHOICES}
-    assert all(names(group) for group in OTHERS)
+    assert all(names(group) for group in (*BUILT, *OTHERS))
+
+
+def test_what_is_added_on_top_builds_a_whole_run(built):
+    """Experiments and the like: a backend, and stages in order."""
+    for group, name in ADDED:
+        built("backend", f"+{group}={name}")
+        check_order(built("stage", f"+{group}={name}"))
 
 
 @pytest.mark.parametrize("profile", names("profile"))
@@ -62,15 +69,21 @@ def test_every_recording_makes_a_backend(built, recording):
 
 @pytest.mark.parametrize("stage", names("stage"))
 def test_every_stage_keeps_its_promises(built, stage):
-    made = built("stage", f"stage=[{stage}]")
-    assert list(made) == [stage]
-    check_stage(made[stage])
+    check_stage(built("stage")[stage])
 
 
 def test_the_default_stages_are_in_order_and_a_wrong_order_is_not(built):
     check_order(built("stage"))
     with pytest.raises(BadInput, match="'navigate' needs Calibration"):
         check_order(built("stage", "stage=[warm_up,baseline,navigate]"))
+
+
+@pytest.mark.xfail(
+    strict=True, reason="evaluate.yaml reads keys of stage.navigate, so without that stage Hydra fails before check_order can say why"
+)
+def test_a_stage_left_out_is_named(built):
+    with pytest.raises(BadInput, match="'evaluate' needs"):
+        check_order(built("stage", "stage=[warm_up,baseline,evaluate]"))
 
 
 @pytest.mark.parametrize("air", names("air"))

@@ -59,7 +59,9 @@ def test_without_noise_the_fit_is_the_truth(lab):
     theta = made.theta()
     problem = made.problem(theta, quiet=True)
     exact = replace(problem, mean=theta, cov=made.cov)
-    fit = solve(exact, theta + 0.1 * np.sqrt(np.diag(made.cov)) * np.random.default_rng(0).standard_normal(len(theta)), made.model.fluctuation)
+    fit = solve(
+        exact, theta + 0.1 * np.sqrt(np.diag(made.cov)) * np.random.default_rng(0).standard_normal(len(theta)), made.model.fluctuation
+    )
     np.testing.assert_allclose(fit.mean[:3], theta[:3], atol=1e-3)
 
 

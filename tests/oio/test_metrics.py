@@ -55,7 +55,7 @@ def test_from_three_joints_on_the_position_counts(built, dof):
 
 def test_one_joint_sees_an_azimuth_and_no_range(built):
     arm = built("arm", "dof=1")
-    mean, turned = arm.shoulder + [0.3, 0.0, 0.1], arm.shoulder + 0.5 * np.array([np.cos(0.1), np.sin(0.1), 2.0])
+    mean, turned = arm.shoulder + np.array([0.3, 0.0, 0.1]), arm.shoulder + 0.5 * np.array([np.cos(0.1), np.sin(0.1), 2.0])
     score = score_source(mean, 1e-4 * np.eye(3), turned, arm)
     assert score.source_error_m is None and score.dimension == 1
     assert score.bearing_error_deg == pytest.approx(np.degrees(0.1))
@@ -64,7 +64,7 @@ def test_one_joint_sees_an_azimuth_and_no_range(built):
 
 def test_two_joints_see_azimuth_and_elevation(built):
     arm = built("arm", "dof=2")
-    mean = arm.shoulder + [0.3, 0.0, 0.0]
+    mean = arm.shoulder + np.array([0.3, 0.0, 0.0])
     raised = arm.shoulder + 0.5 * np.array([np.cos(0.2), 0.0, np.sin(0.2)])
     score = score_source(mean, 1e-4 * np.eye(3), raised, arm)
     assert score.dimension == 2 and score.bearing_error_deg == pytest.approx(np.degrees(0.2))
@@ -74,7 +74,7 @@ def test_two_joints_see_azimuth_and_elevation(built):
 
 def test_behind_the_base_azimuth_goes_the_short_way(built):
     arm = built("arm", "dof=1")
-    a, b = (arm.shoulder + [-0.3 * np.cos(x), 0.3 * np.sin(x), 0.0] for x in (0.05, -0.05))
+    a, b = (arm.shoulder + np.array([-0.3 * np.cos(x), 0.3 * np.sin(x), 0.0]) for x in (0.05, -0.05))
     assert score_source(a, np.eye(3), b, arm).bearing_error_deg == pytest.approx(np.degrees(0.1))
 
 

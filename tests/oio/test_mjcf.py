@@ -11,7 +11,8 @@ from oio.mjcf import read_chain
 WRITTEN = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody><body name="a" pos="0.1 0 0.2" quat="2 0 0 2">
   <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="one" axis="0 2 0" range="-1 1"/>
   <body name="carrier" pos="0 0.3 0"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
-    <body name="b" pos="0 0 0.1"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="two" type="slide" axis="1 0 0" range="0 1"/>
+    <body name="b" pos="0 0 0.1"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <joint name="two" type="slide" axis="1 0 0" range="0 1"/>
       <body name="plate" quat="1 1 0 0"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><site name="nose" pos="0.05 0.02 0.01"/></body>
     </body></body></body></worldbody></mujoco>"""
 
@@ -46,7 +47,9 @@ def test_what_is_not_xml_is_refused(tmp_path):
         read_chain(written(tmp_path, "joints: 5"))
 
 
-@pytest.mark.parametrize("text", [WRITTEN.replace('"nose"', '"tip"'), "<mujoco/>", '<mujoco><worldbody><site name="nose"/></worldbody></mujoco>'])
+@pytest.mark.parametrize(
+    "text", [WRITTEN.replace('"nose"', '"tip"'), "<mujoco/>", '<mujoco><worldbody><site name="nose"/></worldbody></mujoco>']
+)
 def test_a_file_without_a_moving_nose_is_refused(tmp_path, text):
     with pytest.raises(BadInput, match="has no site named 'nose' on a moving body"):
         read_chain(written(tmp_path, text))

@@ -19,9 +19,7 @@ places = st.tuples(floats(-0.5, 0.5), floats(-0.5, 0.5), floats(0.0, 0.5)).map(n
 winds = st.one_of(  # from a gale to nothing, and nearly nothing
     st.tuples(floats(-20, 20), floats(-20, 20), floats(-5, 5)), st.tuples(*[floats(-1e-3, 1e-3)] * 3), st.just((0.0, 0.0, 0.0))
 ).map(np.array)
-laws = st.builds(
-    lambda s, l, n, k, u: np.concatenate([s, [l, n], k, [u]]), places, floats(-3, 8), floats(0.3, 3.0), winds, floats(-5, 5)
-)
+laws = st.builds(lambda s, l, n, k, u: np.concatenate([s, [l, n], k, [u]]), places, floats(-3, 8), floats(0.3, 3.0), winds, floats(-5, 5))
 
 
 def ln_c(p, theta, r_ref=R_REF, radius=RADIUS):

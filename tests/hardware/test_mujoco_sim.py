@@ -1,0 +1,228 @@
+"""The simulated bench: it keeps a backend's promises, and its encoders, free play and seeds do what the configuration says."""
+
+import hashlib
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from oio.errors import BadInput
+from oio.records import GasSample, JointState, Truth, seconds
+from oio.seeds import Seeds
+from oio.testing import check_backend
+
+QUIET = ("air=steady", "sensor=ndir")  # air without puffs: cheap
+
+
+@pytest.fixture(scope="module")
+def sim(built):
+    """sim(dof=3, encoder_drift_deg_s2=0.0): a bench with changes to its arm."""
+    return lambda dof=5, **changes: replace(
+        built("backend", *QUIET, f"dof={dof}"), arm=replace(built("arm", *QUIET, f"dof={dof}"), **changes)
+    )
+
+
+def ran(backend, for_s, moves=(), source="none", every_s=None):
+    """All samples of a run in which the next move begins every `every_s`."""
+    with backend.open() as world:
+        world.present(source)
+        out = []
+        for goal in moves:
+            world.move(np.asarray(goal), 0.8 * every_s)
+            out += world.samples(every_s)
+        return out + list(world.samples(for_s))
+
+
+def of(samples, kind):
+    return [s for s in samples if isinstance(s, kind)]
+
+
+def digest(samples):
+    """Of every number that was yielded."""
+    state = hashlib.sha256()
+    for s in samples:
+        for name in s.__slots__:
+            state.update(np.asarray(getattr(s, name), dtype=float).tobytes())
+    return state.hexdigest()
+
+
+@pytest.mark.parametrize("dof", [1, 2, 3, 5])
+def test_it_keeps_a_backends_promises(sim, dof):
+    check_backend(sim(dof))
+
+
+def test_in_puffs_and_with_twins_too(built):
+    check_backend(built("backend", "air=draft", "sensor=mox_mics"))
+
+
+def test_the_gantry_is_moved_as_well(built):
+    backend = built("backend", "arm=gantry", "dof=3", "air=steady", "beacon.position=[3.0,2.0,1.0]", "source.position=[2.0,2.0,1.0]")
+    goal = np.array([2.0, 2.5, 1.0])
+    last = of(ran(backend, 6.0, [goal], every_s=8.0), Truth)[-1]
+    np.testing.assert_allclose(last.nose_m, goal, atol=0.02)
+
+
+def test_joints_come_50_times_a_second_gas_as_often_as_its_sensor(sim):
+    samples = ran(sim(), 2.0)
+    joints, gas = of(samples, JointState), of(samples, GasSample)
+    assert [s.t_ns for s in joints] == [20_000_000 * i for i in range(1, 101)]
+    assert [s.t_ns for s in gas] == [100_000_000 * i for i in range(1, 21)]
+    assert {s.t_ns for s in gas} <= {s.t_ns for s in of(samples, Truth)}
+
+
+def test_twins_are_read_in_turn(built):
+    gas = of(ran(built("backend", "air=steady", "sensor=ec"), 5.0), GasSample)
+    assert [s.element for s in gas] == [0, 1] * 5
+
+
+def test_uneven_spans_lose_no_time(sim):
+    with sim().open() as world:
+        world.present("none")
+        count = sum(isinstance(s, JointState) for _ in range(10) for s in world.samples(0.1))
+        assert count == 50 and world.t_ns == 1_000_000_000
+        assert list(world.samples(0.019)) == [] and world.t_ns == 1_000_000_000
+
+
+@pytest.mark.parametrize("dof", [1, 3, 5])
+def test_the_nose_goes_where_it_is_sent(sim, dof):
+    bench = sim(dof, encoder_drift_deg_s2=0.0)
+    goal = bench.arm.home + 0.15
+    last = of(ran(bench, 1.0, [goal], every_s=2.0), Truth)[-1]
+    assert np.linalg.norm(last.nose_m - bench.arm.nose(goal)) < 0.012  # the servos sag, and there is free play
+    np.testing.assert_allclose(of(ran(bench, 0.5), Truth)[-1].nose_m, bench.arm.nose(bench.arm.home), atol=0.012)
+
+
+def test_encoders_count(sim):
+    step = 2 * math.pi / 4096
+    q = np.array([s.q for s in of(ran(sim(), 1.0), JointState)]) / step
+    np.testing.assert_allclose(q, np.round(q), atol=1e-6)
+
+
+def test_velocity_and_acceleration_are_differences_of_counts(sim):
+    bench = sim(3)
+    joints = of(ran(bench, 0.2, [bench.arm.home + 0.1], every_s=1.0), JointState)
+    q, dq, ddq = (np.array([getattr(s, name) for s in joints]) for name in ("q", "dq", "ddq"))
+    np.testing.assert_allclose(dq[1:], np.diff(q, axis=0) / 0.02)
+    np.testing.assert_allclose(ddq[1:], np.diff(dq, axis=0) / 0.02)
+
+
+def drift_of(bench, for_s=20.0):
+    """Encoder minus true angle (k, n) rad and its times (k,) s."""
+    samples = ran(bench, for_s)
+    true = {s.t_ns: s.q for s in of(samples, Truth)}
+    joints = [s for s in of(samples, JointState) if s.t_ns in true]
+    return np.array([s.q - true[s.t_ns] for s in joints]), np.array([seconds(s.t_ns) for s in joints])
+
+
+def test_encoders_drift_quadratically_and_within_the_bound(sim):
+    bound, joints = 0.02, []  # deg/s^2: large, to be seen above a count
+    for seed in range(3):
+        bench = replace(sim(5, encoder_drift_deg_s2=bound), seeds=Seeds(truth=seed, disturbance=0, measurement=0))
+        off, t = drift_of(bench)
+        accel = 2 * off[-1] / t[-1] ** 2
+        np.testing.assert_allclose(off, 0.5 * accel * t[:, None] ** 2, atol=2 * math.pi / 4096)
+        joints += list(np.degrees(accel))
+    assert np.all(np.abs(joints) < 1.05 * bound) and np.max(np.abs(joints)) > 0.4 * bound
+    assert len(np.unique(np.round(joints, 9))) == 15  # each joint its own
+
+
+def test_without_drift_and_homing_encoders_are_true(sim):
+    off, _ = drift_of(sim(encoder_drift_deg_s2=0.0, homing_offset_deg=0.0), 2.0)
+    assert np.max(np.abs(off)) <= 0.51 * 2 * math.pi / 4096
+
+
+def test_a_homing_offset_is_constant(sim):
+    off, _ = drift_of(sim(encoder_drift_deg_s2=0.0, homing_offset_deg=2.0), 2.0)
+    assert np.max(np.abs(np.degrees(off[0]))) > 0.5
+    np.testing.assert_allclose(off, off[0] * np.ones_like(off), atol=2 * math.pi / 4096)
+
+
+def test_the_drifting_servo_pulls_the_nose_off(sim):
+    """The encoder is what the servo holds: it reads what was asked for, and the nose is elsewhere."""
+    bench = sim(3, encoder_drift_deg_s2=0.02, backlash_deg=0.0)
+    samples = ran(bench, 20.0)
+    truths, last = of(samples, Truth), of(samples, JointState)[-1]
+    np.testing.assert_allclose(last.q, of(samples, JointState)[0].q, atol=3 * 2 * math.pi / 4096)
+    assert np.linalg.norm(truths[-1].nose_m - truths[0].nose_m) > 0.003
+
+
+def reversals(bench):
+    """By how much the same goal, come to from below and from above, leaves the nose in different places [m]."""
+    home, step = bench.arm.home, np.zeros(bench.arm.dof)
+    step[0] = 0.3
+    samples = ran(bench, 0.1, [home - step, home, home + step, home], every_s=2.0)
+    at = {round(seconds(s.t_ns), 2): s.nose_m for s in of(samples, Truth)}
+    return float(np.linalg.norm(at[4.0] - at[8.0]))
+
+
+def test_free_play_shows_when_the_direction_turns(sim):
+    assert reversals(sim(2, backlash_deg=1.0, encoder_drift_deg_s2=0.0)) > 2e-3
+    tight, loose = (reversals(sim(1, backlash_deg=play, encoder_drift_deg_s2=0.0)) for play in (0.0, 3.0))
+    assert tight < 1e-4
+    assert 3e-3 < loose < math.radians(3.0) * 0.35  # the nose is 0.3 m from the axis; never more than the play itself
+    play = [name for name in joint_names(sim(3)) if name.endswith("_play")]
+    assert play == ["shoulder_azimuth_play", "shoulder_elevation_play", "elbow_tilt_play"]
+    assert not any(name.endswith("_play") for name in joint_names(sim(3, backlash_deg=0.0)))
+
+
+def joint_names(bench):
+    model, _ = bench.model()
+    return [model.joint(i).name for i in range(model.njnt)]
+
+
+def test_free_play_hides_from_the_encoders(sim):
+    """Truth of the unlocked joints is before the play: the nose is off by up to half of it."""
+    bench = sim(2, backlash_deg=4.0, encoder_drift_deg_s2=0.0)
+    truth = of(ran(bench, 1.0), Truth)[-1]
+    off = np.linalg.norm(truth.nose_m - bench.arm.nose(truth.q))
+    assert 1e-3 < off < 2 * math.radians(2.0) * 0.5 + 1e-3
+
+
+def test_the_truth_of_the_gas_is_what_the_air_says_at_the_nose(built, sim):
+    bench = sim(3)
+    truth = of(ran(bench, 1.0, source="beacon"), Truth)[-1]
+    np.testing.assert_array_equal(truth.source_m, bench.beacon.position)
+    air = bench.air.open(np.random.default_rng(0), np.random.default_rng(0))
+    air.present(np.array(bench.beacon.position), bench.emission_ml_s)
+    assert truth.ppm == pytest.approx(bench.background_ppm + air.ppm(truth.nose_m))
+    assert np.all(np.isnan(of(ran(bench, 0.2), Truth)[0].source_m))
+
+
+def test_the_same_seeds_give_the_same_bytes(built):
+    backend = built("backend", "air=draft", "seed=3")
+    goal = backend.arm.home + 0.1
+    once, again = (digest(ran(backend, 0.5, [goal], "source", 1.5)) for _ in range(2))
+    assert once == again != digest(ran(built("backend", "air=draft", "seed=4"), 0.5, [goal], "source", 1.5))
+
+
+def test_the_seed_of_the_measurement_changes_noise_alone(built):
+    one, other = (built("backend", "air=draft", f"seeds.measurement={seed}") for seed in (0, 1))
+    a, b = (ran(backend, 0.5, [backend.arm.home + 0.1], "source", 2.5) for backend in (one, other))
+    assert digest(of(a, Truth)) == digest(of(b, Truth)) and digest(of(a, JointState)) == digest(of(b, JointState))
+    assert digest(of(a, GasSample)) != digest(of(b, GasSample))
+
+
+def test_the_seed_of_the_disturbance_changes_the_gas_and_not_the_place(built):
+    one, other = (built("backend", "air=draft", f"seeds.disturbance={seed}") for seed in (0, 1))
+    a, b = (of(ran(backend, 0.5, source="source"), Truth) for backend in (one, other))
+    assert a[-1].ppm != b[-1].ppm
+    np.testing.assert_array_equal(a[-1].source_m, b[-1].source_m)
+    assert digest(of(ran(one, 0.5), JointState)) == digest(of(ran(other, 0.5), JointState))
+
+
+def test_an_unknown_source_is_refused_with_the_known_ones(sim):
+    with sim().open() as world, pytest.raises(BadInput, match=r"present\('tea'\) was asked for, but a world has none, beacon, source"):
+        world.present("tea")
+
+
+def test_a_period_that_physics_cannot_honour_is_refused(sim):
+    odd = replace(sim(), joint_period_s=0.0205)
+    with pytest.raises(BadInput, match=r"must be a multiple of the MJCF's 0.002 s"), odd.open():
+        pass
+
+
+def test_a_beacon_out_of_reach_is_refused_at_the_opening(sim):
+    away = replace(sim(), beacon=replace(sim().beacon, position=(1.5, 0.0, 0.2)))
+    with pytest.raises(BadInput, match=r"beacon.position is \[1.5, 0.0, 0.2\]"), away.open():
+        pass

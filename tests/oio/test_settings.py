@@ -1,0 +1,101 @@
+"""A settings class refuses what does not fit it, names the field, and stays as it is."""
+
+import dataclasses
+from typing import ClassVar
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oio.errors import BadInput
+from oio.settings import in_range, settings
+
+
+@settings
+class Probe:
+    """Every kind of field that conf/ uses."""
+
+    kind: ClassVar[str] = "probe"
+    gain: float
+    count: int
+    name: str
+    place: tuple[float, float, float] | None
+    sides: tuple[float, ...]
+    windows: dict[int, int]
+    on: bool
+
+    def check(self) -> None:
+        """Refuse a count off 1 to 9."""
+        in_range(self, count=(1, 9))
+
+
+GOOD = {"gain": 1.5, "count": 2, "name": "x", "place": (0.0, 1.0, 2.0), "sides": (1.0,), "windows": {1: 3}, "on": True}
+
+
+def probe(**changes):
+    return Probe(**{**GOOD, **changes})
+
+
+def test_what_fits_is_kept_as_it_is():
+    made = probe()
+    assert dataclasses.asdict(made) == GOOD and made.kind == "probe"
+
+
+@given(st.integers(-(10**9), 10**9))
+def test_whole_numbers_are_floats_where_floats_are_wanted(n):
+    made = probe(gain=n, sides=[n, n], place=[n, 0, 1])
+    assert made.gain == float(n) and isinstance(made.gain, float)
+    assert made.sides == (float(n), float(n)) and all(isinstance(v, float) for v in made.sides)
+    assert made.place == (float(n), 0.0, 1.0) and all(isinstance(v, float) for v in made.place)
+
+
+def test_nothing_is_a_place_where_it_may_be():
+    assert probe(place=None).place is None
+    with pytest.raises(BadInput, match=r"Probe.sides is None"):
+        probe(sides=None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"gain": "fast"}, "Probe.gain is 'fast', but its type must be float"),
+        ({"gain": True}, "Probe.gain is True"),
+        ({"count": 2.0}, "Probe.count is 2.0, but its type must be int"),
+        ({"name": 3}, "Probe.name is 3, but its type must be str"),
+        ({"place": (0.0, 1.0)}, "Probe.place"),
+        ({"sides": "abc"}, "Probe.sides is 'abc'"),
+        ({"windows": {"one": 3}}, "Probe.windows"),
+        ({"on": 1}, "Probe.on is 1, but its type must be bool"),
+        ({"gain": float("nan")}, "Probe.gain is nan, but a finite number is needed"),
+        ({"gain": float("inf")}, "Probe.gain is inf, but a finite number is needed"),
+        ({"count": 0}, "Probe.count is 0, but 1 to 9 is allowed"),
+        ({"count": 10}, "Probe.count is 10, but 1 to 9 is allowed"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_name(changes, said):
+    with pytest.raises(BadInput, match=said):
+        probe(**changes)
+
+
+@pytest.mark.xfail(strict=True, reason="only bare floats are checked to be finite, not those inside tuples")
+@pytest.mark.parametrize("changes", [{"place": (0.0, float("nan"), 1.0)}, {"sides": (1.0, float("inf"))}])
+def test_a_number_inside_a_tuple_is_finite_too(changes):
+    with pytest.raises(BadInput, match="finite"):
+        probe(**changes)
+
+
+def test_unknown_missing_and_positional_fields_are_refused():
+    with pytest.raises(TypeError, match="colour"):
+        probe(colour="red")
+    with pytest.raises(TypeError, match="gain"):
+        Probe(**{k: v for k, v in GOOD.items() if k != "gain"})
+    with pytest.raises(TypeError):
+        Probe(1.5)
+
+
+def test_it_cannot_be_changed():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        probe().gain = 2.0
+    assert dataclasses.replace(probe(), gain=2).gain == 2.0
+    with pytest.raises(BadInput):
+        dataclasses.replace(probe(), gain="x")
