@@ -6,6 +6,7 @@ from oio.batch import Fit
 from oio.bouts import Baseline
 from oio.knowledge import Knowledge
 from oio.records import Array
+from oio.search.view import Move
 from oio.trace import Trace
 from oio.uncertainty import Noise, TypeA, TypeB
 
@@ -92,6 +93,7 @@ class Navigation:
     ended_ns: int
     maps_ns: tuple[int, ...]
     move_ends_ns: tuple[int, ...]
+    made: tuple[Move, ...]
     declared: bool
     source_m: tuple[float, ...]
     sd_m: float

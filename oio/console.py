@@ -13,7 +13,7 @@ from rich.table import Table
 OUTCOMES = {
     "cold": "cold start",
     "calibrated": "calibrated",
-    "calibrated_paper_assembly": "calibrated, paper's Q and R",
+    "calibrated_paper_assembly": "with the paper's Q, R",
 }
 
 
@@ -55,7 +55,7 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
     console = Console(soft_wrap=True)
     if document["calibrated"] is not None:
         title = f"{document['sensor']} ({document['profile']}), dof={document['dof']}, air={document['air']}, seed={document['seed']}"
-        console.print(_outcome_table(document, title))
+        Console(width=max(console.width, 112)).print(_outcome_table(document, title))
     calibration = document["calibration"]
     if calibration is not None:
         console.print(
@@ -80,9 +80,9 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
     bearing = "bearing_error_deg" in document["calibrated"]
     error = "bearing error [deg]" if bearing else "source error [mm]"
     table = Table(title=title, title_justify="left")
-    table.add_column("")
+    table.add_column("", no_wrap=True)
     for head in (error, "+- [mm]", "nose error [mm]", "NEES", "in 95 %", "NIS", "moves", "time [s]", "declared"):
-        table.add_column(head, justify="right")
+        table.add_column(head, justify="right", min_width=max(len(word) for word in head.split()))
     for key, name in OUTCOMES.items():
         o = document[key]
         missed = number(o.get("bearing_error_deg"), 1.0) if bearing else number(o["source_error_m"])

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from oio.calibration import Calibration
-from oio.verdict import Verdict
 
 SCHEMA = "oio.summary/1"
 
@@ -35,6 +34,14 @@ class Outcome:
         if self.bearing_error_deg is not None:
             return f"bearing error {self.bearing_error_deg:.1f} deg"
         return "no truth to compare with"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The overall word (PASS, WARN, FAIL) and the reasons for it."""
+
+    word: str
+    reasons: tuple[str, ...]
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from oio.protocols import Estimator, Sensor, Strategy
 from oio.records import GasReading, JointState, seconds
 from oio.search.view import Move, View
 from oio.settings import in_range, settings
+from oio.stop import StopRule
 
 
 @settings
@@ -34,10 +35,7 @@ class Navigate:
     dwell_s: float
     dwell_taus: float  # and so many lags on top
     near_m: float  # the nose keeps this far from where the source is believed
-    declare_sd_m: float  # found when the source's standard deviation (root of the covariance's trace) is below this ...
-    declare_near_m: float  # ... the nose has sniffed within this of it ...
-    declare_sniffs: int  # ... so many times, with bouts ...
-    declare_nis: float  # ... and the mean NIS is below this; above it the map is made anew
+    stop: StopRule
 
     def check(self) -> None:
         """Refuse a search that cannot begin or end."""
@@ -50,7 +48,7 @@ class Navigate:
             dwell_s=(0, 600),
             dwell_taus=(0, 10),
         )
-        in_range(self, near_m=(0, 10), declare_sd_m=(1e-5, 10), declare_near_m=(1e-3, 10), declare_nis=(1, 1e6), declare_sniffs=(1, 1000))
+        in_range(self, near_m=(0, 10))
 
     def run(self, context: Context) -> Navigation:
         """Searches with the calibrated filter in the chosen assembly; every belief goes to the log."""
@@ -63,16 +61,16 @@ class Navigate:
             moves.append(self._move(context, odometry, detector, tuple(moves)))
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
-            if self._map_due(odometry, len(moves)) or self._narrow(odometry, tuple(moves)):
+            if self._map_due(odometry, len(moves)) or self.stop.holds(odometry, tuple(moves)):
                 odometry.locate(len(moves))
                 maps.append(context.world.t_ns)
                 self._log_belief(context, odometry)
-                declared = self._narrow(odometry, tuple(moves))
+                declared = self.stop.holds(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         source = odometry.source()
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
-        return Navigation(began, context.world.t_ns, tuple(maps), tuple(ends), declared, place, spread)
+        return Navigation(began, context.world.t_ns, tuple(maps), tuple(ends), tuple(moves), declared, place, spread)
 
     def _move(self, context: Context, odometry: Odometry, detector: BoutDetector, moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
@@ -107,16 +105,7 @@ class Navigate:
         if moves < self.explore:
             return False
         due = (moves - self.explore) % self.remap == 0
-        return due or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis)
-
-    def _narrow(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
-        source = odometry.source()
-        if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.declare_nis):
-            return False
-        noses = self.arm.nose(np.array([move.q for move in moves]) - odometry.belief.mean[odometry.known.model.at["o"]])
-        smelt = np.array([move.bouts > 0 for move in moves])
-        near = np.count_nonzero((np.linalg.norm(noses - source[0], axis=1) < self.declare_near_m) & smelt)
-        return bool(near >= self.declare_sniffs and np.sqrt(np.trace(source[1])) < self.declare_sd_m)
+        return due or len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.nis)
 
     def _tell(self, context: Context, odometry: Odometry, moves: int) -> None:
         source = odometry.source()
@@ -127,4 +116,4 @@ class Navigate:
         text = f"source +- {1e3 * np.sqrt(np.trace(source[1])):.0f} mm"
         nothing = np.zeros((0, 3)), np.zeros(0)
         context.log.spheres(context.world.t_ns, *nothing, [source, *hypotheses], text)
-        context.log.progress(context.world.t_ns, f"move {moves}, until +- {1e3 * self.declare_sd_m:.0f} mm", text)
+        context.log.progress(context.world.t_ns, f"move {moves}, until +- {1e3 * self.stop.sd_m:.0f} mm", text)

@@ -5,10 +5,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
+
+hypothesis.settings.register_profile("patient", deadline=None)  # the first call compiles
+hypothesis.settings.load_profile("patient")
 
 CONF = Path(__file__).resolve().parents[1] / "conf"
 Composed = Callable[..., DictConfig]

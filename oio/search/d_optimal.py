@@ -88,4 +88,4 @@ def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
     fl, exponent = view.model.fluctuation, float(view.belief.mean[view.model.at["n"]][0])
     field = view.model.law.field(c, rarity, r, np.zeros_like(r), exponent)
     eddies = np.maximum(view.dwell_s * fl.rate(field), 1.0)
-    return (fl.gamma * fl.height(field)) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-300)) ** 2
+    return (fl.gamma * fl.height(field)) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-6 * view.model.sigma_ppm)) ** 2

@@ -93,10 +93,13 @@ class Lab:
 SUB = 10  # steps of the simulation in one step of the path
 
 
-def drawn(along, noise, rng, count=1):
-    """What fluctuation and white noise add to the readings (count, m) ppm, in steps too small for the order of things to matter."""
+def drawn(along, noise, rng, count=1, unsure=0.0):
+    """What fluctuation and white noise add to the readings (count, m) ppm, in steps too small for the order of things to matter.
+
+    `unsure`: standard deviation [ppm] of where the lag begins.
+    """
     swing, rate = along.field.mean_ppm * noise.height(along.field), noise.rate(along.field)
-    lagged, m, path = np.zeros(count), noise.gamma * rng.standard_normal(count), []
+    lagged, m, path = unsure * rng.standard_normal(count), noise.gamma * rng.standard_normal(count), []
     for dt, tau, s, r in zip(along.dt_s / SUB, along.tau_s, swing, rate, strict=True):
         keep, follow = np.exp(-dt * r), -np.expm1(-dt / tau)
         kicks = noise.gamma * np.sqrt(1.0 - keep * keep) * rng.standard_normal((SUB, count))

@@ -29,7 +29,7 @@ def begun(lab):
     problem = made.problem(theta, poses=10)
     half_s = problem.sniffs.t_s[-1] / 2
     fit = solve(replace(problem, sniffs=problem.sniffs.between(0.0, half_s)), theta, made.model.fluctuation)
-    return made, theta, made.model.begin(fit, nanoseconds(half_s)), rest(problem.sniffs, half_s)
+    return made, theta, made.model.begin(fit, nanoseconds(half_s), 5), rest(problem.sniffs, half_s)
 
 
 def rest(sniffs, after_s):

@@ -17,13 +17,13 @@ def along_of(steps, *, every=2, tau=0.8, mean=10.0, rarity=1.0, r=0.1, speed=0.0
 
 
 def test_the_implied_covariance_is_that_of_the_process():
-    """Without lag: gain^2 swing^2 gamma^2 keep^|i - j| + white."""
+    """Without lag, of all readings but the first: gain^2 swing^2 gamma^2 keep^|i - j| + white."""
     along, noise = along_of(12, every=1, tau=1e-9, gain=1.5), Fluctuation(2.0, 0.4, 0.5)
     white = whiten(np.eye(12), along, noise)
-    lower = np.linalg.inv(white.rows)
+    lower = np.linalg.inv(white.rows[1:, 1:])
     keep = np.exp(-0.1 / 0.5)
-    i = np.arange(12)
-    expected = (1.5 * 10.0 * 0.4) ** 2 * keep ** np.abs(i[:, None] - i) + 2.0 * 0.3**2 * np.eye(12)
+    i = np.arange(11)
+    expected = (1.5 * 10.0 * 0.4) ** 2 * keep ** np.abs(i[:, None] - i) + 2.0 * 0.3**2 * np.eye(11)
     np.testing.assert_allclose(lower @ lower.T, expected, rtol=1e-7)
     assert np.sum(np.log(white.expected_ppm2)) == pytest.approx(np.linalg.slogdet(expected)[1])
 
@@ -31,29 +31,37 @@ def test_the_implied_covariance_is_that_of_the_process():
 def test_with_lag_it_is_that_of_many_draws(draw):
     along, noise = along_of(16, every=3, tau=0.4), Fluctuation(1.0, 0.4, 0.5)
     rng = np.random.default_rng(0)
-    drawn = draw(along, noise, rng, 40_000)
-    lower = np.linalg.inv(whiten(np.eye(6), along, noise).rows)
+    drawn = draw(along, noise, rng, 40_000, unsure=0.3)[:, 1:]
+    lower = np.linalg.inv(whiten(np.eye(6), along, noise).rows[1:, 1:])
     np.testing.assert_allclose(lower @ lower.T, np.cov(drawn.T), atol=0.03 * np.max(np.var(drawn, axis=0)))
 
 
-def test_likelihood_is_gauss():
-    along, noise = along_of(8, every=1, tau=1e-9), Fluctuation(1.0, 0.4, 0.5)
+def test_likelihood_is_gauss_given_the_first_reading():
+    along, noise = along_of(9, every=1, tau=1e-9), Fluctuation(1.0, 0.4, 0.5)
     z = np.random.default_rng(1).standard_normal(8)
-    lower = np.linalg.inv(whiten(np.eye(8), along, noise).rows)
+    lower = np.linalg.inv(whiten(np.eye(9), along, noise).rows[1:, 1:])
     dense = lower @ lower.T
     by_hand = z @ np.linalg.solve(dense, z) + np.linalg.slogdet(dense)[1]
-    assert whiten(z[:, None], along, noise).minus_2_log_likelihood == pytest.approx(by_hand)
+    assert whiten(np.array([[7.0], *z[:, None]]), along, noise).minus_2_log_likelihood == pytest.approx(by_hand)
 
 
 @pytest.mark.parametrize("noise", [Fluctuation(1.0, 0.3, 0.5), Fluctuation(2.0, 0.05, 3.0)])
 def test_readings_of_the_model_become_white(draw, noise):
     along = along_of(8000, rarity=2.0, speed=0.02, slope=0.003, stray=0.1)
     z = draw(along, noise, np.random.default_rng(2))[0]
-    white = whiten(z[:, None], along, noise).rows[:, 0]
+    white = whiten(z[:, None], along, noise).rows[1:, 0]
     m = len(white)
     assert np.mean(white**2) == pytest.approx(1.0, abs=4 * np.sqrt(2 / m))
     assert abs(np.mean(white[1:] * white[:-1])) < 4 / np.sqrt(m)
     assert np.corrcoef(z[1:], z[:-1])[0, 1] > 0.15  # they were not white before
+
+
+def test_the_first_reading_is_where_the_lag_begins_and_tells_nothing_more():
+    along, noise, rows = along_of(20), Fluctuation(1.0, 0.3, 0.5), np.ones((10, 1))
+    white = whiten(rows, along, noise).rows
+    rows[0] = 100.0
+    assert white[0, 0] == 0.0
+    np.testing.assert_array_equal(whiten(rows, along, noise).rows, white)
 
 
 def test_columns_do_not_meddle():

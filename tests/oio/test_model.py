@@ -9,6 +9,7 @@ from oio.batch import Fit
 from oio.records import GasReading, JointState, nanoseconds
 from oio.uncertainty import Noise
 
+PAPER = replace(Noise.nominal(), assembly="paper", source_q_m2=0.01, r_ppm2=0.7)
 EXACT = ("o", "v", "a", "s", "l", "n", "k", "u", "b")  # blocks whose process noise does not hang on where the nose is
 
 
@@ -62,7 +63,7 @@ def test_r_is_that_of_a_fresh_reading_or_the_assemblys(lab):
     made, reading = lab(3, 1), GasReading(0, 0, 5.0, 0.1)
     scaled = replace(made.model, fluctuation=replace(made.model.fluctuation, scale=4.0))
     assert scaled.measurement(state(made), reading)[2] == pytest.approx(4.0 * 0.1**2)
-    paper = replace(made.model, noise=Noise("paper", 0.01, 0.7, 0.0, 1.0))
+    paper = replace(made.model, noise=PAPER)
     assert paper.measurement(state(made), reading)[2] == 0.7
 
 
@@ -98,7 +99,7 @@ def test_drifting_acceleration_is_a_density_too(lab):
 
 def test_the_papers_process_noise_is_per_step_and_a_density_is_per_second(lab):
     made = lab(3, 1)
-    paper = replace(made.model, noise=Noise("paper", 0.01, 0.7, 0.0, 1.0))
+    paper = replace(made.model, noise=PAPER)
     for dt_s in (0.1, 1.0):
         assert np.diag(paper.transition(state(made), dt_s, joints(made))[2])[paper.at["s"]] == pytest.approx(0.01)
     gum = [np.diag(made.model.transition(state(made), dt_s, joints(made))[2])[made.model.at["s"]][0] for dt_s in (0.1, 1.0)]
@@ -144,7 +145,7 @@ def fit_of(made, theta):
 def test_a_belief_begins_with_the_drift_of_its_time(lab):
     made = lab(3, 2, seed=1)
     fit, t = fit_of(made, made.theta()), 40.0
-    belief, at, lay = made.model.begin(fit, nanoseconds(t)), made.model.at, made.layout
+    belief, at, lay = made.model.begin(fit, nanoseconds(t), 6), made.model.at, made.layout
     o, a = fit.mean[lay.offset], fit.mean[lay.drift]
     np.testing.assert_allclose(belief.mean[at["o"]], o + 0.5 * a * t**2)
     np.testing.assert_allclose(belief.mean[at["v"]], a * t)
@@ -161,16 +162,17 @@ def test_a_belief_begins_with_the_drift_of_its_time(lab):
 
 def test_type_b_widens_the_beginning_of_the_source_alone(lab):
     made = lab(3, 1, seed=1)
-    fit, wide = fit_of(made, made.theta()), replace(made.model, noise=Noise("gum", 1e-10, None, 0.01**2, 1.0))
-    added = wide.begin(fit, 0).cov - made.model.begin(fit, 0).cov
-    expected = np.zeros(made.model.size)
-    expected[made.model.at["s"]] = 0.01**2
-    np.testing.assert_allclose(added, np.diag(expected), atol=1e-15)
+    fit, wide = fit_of(made, made.theta()), replace(made.model, noise=replace(Noise.nominal(), source_p0_m2=0.01**2, measurements=5))
+    for measurements, share in ((1, 1.0), (5, 1.0), (10, 0.5)):  # of more measurements than a repeat had, less in proportion
+        added = wide.begin(fit, 0, measurements).cov - made.model.begin(fit, 0, measurements).cov
+        expected = np.zeros(made.model.size)
+        expected[made.model.at["s"]] = share * 0.01**2
+        np.testing.assert_allclose(added, np.diag(expected), atol=1e-15)
 
 
 def test_the_nose_is_at_the_joints_less_their_offset(lab):
     made = lab(3, 1, seed=1)
-    belief, sensed = made.model.begin(fit_of(made, made.theta()), 0), joints(made)
+    belief, sensed = made.model.begin(fit_of(made, made.theta()), 0, 6), joints(made)
     p, cov = made.model.nose(belief, sensed)
     np.testing.assert_allclose(p, made.arm.nose(sensed.q - belief.mean[made.model.at["o"]]))
     assert cov.shape == (3, 3) and np.linalg.eigvalsh(cov).min() > -1e-15

@@ -25,7 +25,7 @@ def informed(lab, built):
     problem = made.problem(made.theta(), poses=6)
     hypotheses = built("belief_map").locate(problem.sniffs, made.known)
     moves = tuple(Move(problem.sniffs.q[i], 0.0, 1.0) for i in np.searchsorted(problem.sniffs.t_s, 2.0 * np.arange(1, 7)) - 1)
-    belief = made.model.begin(hypotheses[0], nanoseconds(problem.sniffs.t_s[-1]))
+    belief = made.model.begin(hypotheses[0], nanoseconds(problem.sniffs.t_s[-1]), 6)
     return View(made.arm, made.model, belief, hypotheses, moves, dwell_s=1.0, near_m=0.04)
 
 

@@ -1,9 +1,11 @@
 """A trace thins joints, keeps every reading with the joints of its time, and forgets the oldest."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oio.errors import NotObservable
 from oio.records import GasReading, JointState, nanoseconds
 from oio.trace import Trace
 
@@ -29,13 +31,29 @@ def test_joints_that_stand_are_kept_ten_times_more_seldom():
     trace = Trace(0.1, 1000)
     for i in range(151):
         trace.add(JointState(nanoseconds(0.02 * i), [1.0], [0.0], [0.0]))
+        if i in (0, 150):
+            trace.add(reading(0.02 * i))
     np.testing.assert_allclose(trace.frozen().t_s, [0.0, 1.0, 2.0, 3.0])
 
 
 def test_joints_are_thinned_and_every_reading_is_kept():
-    sniffs = filled(ticks=101, every=1000).frozen()
-    np.testing.assert_allclose(sniffs.t_s, 0.1 * np.arange(21))
+    trace = Trace(0.1, 1000)
+    for i in range(101):
+        trace.add(joints(0.02 * i))
+        if i in (0, 100):
+            trace.add(reading(0.02 * i))
+    np.testing.assert_allclose(trace.frozen().t_s, 0.1 * np.arange(21))
     assert len(filled(ticks=100, every=7)) == 14
+
+
+def test_the_path_begins_at_the_first_reading():
+    sniffs = filled(every=7).frozen()
+    assert sniffs.t_s[0] == sniffs.reading_t_s[0] == 0.12 and sniffs.at[0] == 0
+
+
+def test_one_reading_is_no_trace():
+    with pytest.raises(NotObservable, match="fewer than two readings"):
+        filled(ticks=10, every=7).frozen()
 
 
 @given(st.integers(1, 40), st.floats(0.02, 1.0))
@@ -52,7 +70,9 @@ def test_a_reading_before_the_first_joints_is_dropped():
     trace.add(reading(0.0))
     trace.add(joints(0.02))
     trace.add(reading(0.02))
-    assert len(trace) == 1 and trace.frozen().at.tolist() == [0]
+    trace.add(joints(0.04))
+    trace.add(reading(0.04))
+    assert len(trace) == 2 and trace.frozen().at.tolist() == [0, 1]
 
 
 def test_the_oldest_go_first():
@@ -67,6 +87,8 @@ def test_between_and_without_part_the_readings():
     sniffs = filled().frozen()
     inner, outer = sniffs.between(0.5, 1.2), sniffs.without(0.5, 1.2)
     assert len(inner.ppm) > 2 and len(inner.ppm) + len(outer.ppm) == len(sniffs.ppm)
+    assert inner.t_s[0] == inner.reading_t_s[0] and inner.t_s[-1] <= 1.2
+    assert sniffs.without(0.0, 1.2).reading_t_s[0] == sniffs.reading_t_s[0]  # where the lag begins
     np.testing.assert_allclose(inner.t_s[inner.at], inner.reading_t_s)
     np.testing.assert_allclose(inner.q[inner.at, 0], inner.reading_t_s)
     assert np.all((inner.reading_t_s >= 0.5) & (inner.reading_t_s <= 1.2))

@@ -37,7 +37,7 @@ def test_localisation_of_repeats():
 
 def test_the_paper_puts_both_on_the_diagonals_as_they_stand():
     b = localisation(np.array([0.02]), np.array([6.0]), moves=4)
-    assert assemble("paper", 0.7, b) == Noise("paper", source_q_m2=b.u_b_m, r_ppm2=0.7, source_p0_m2=0.0, inflation=1.0)
+    assert assemble("paper", 0.7, b) == Noise("paper", source_q_m2=b.u_b_m, r_ppm2=0.7, source_p0_m2=0.0, measurements=1, inflation=1.0)
 
 
 def test_gum_puts_type_b_into_the_beginning_and_a_fresh_reading_into_r():
@@ -45,4 +45,4 @@ def test_gum_puts_type_b_into_the_beginning_and_a_fresh_reading_into_r():
     noise = assemble("gum", 0.7, b)
     assert noise.r_ppm2 is None and noise.source_q_m2 == STILL_M2_S
     assert 3.0 * noise.source_p0_m2 == pytest.approx(b.rms_m**2)
-    assert noise.inflation == pytest.approx(2.0)
+    assert noise.inflation == pytest.approx(2.0) and noise.measurements == 5  # four moves are five measurements
