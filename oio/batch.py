@@ -16,9 +16,9 @@ from oio.ranging import LAW, RangeLaw, concentration, lagged
 from oio.records import Array
 from oio.trace import Sniffs
 
-STEPS = 30  # at most
-SETTLED = 10  # after so many steps the whitening is frozen, so that answer and weights cannot chase each other
-STEP2 = 1e-4  # squared posterior standard deviations
+STEPS = 20  # at most
+SETTLED = 8  # after so many steps the whitening is frozen, so that answer and weights cannot chase each other
+STEP2 = 2e-3  # squared posterior standard deviations
 FARTHEST = 2.0  # prior standard deviations that one step may go in one parameter
 
 

@@ -17,7 +17,7 @@ def as_known(error: BaseException, conf: Path) -> OioError | None:
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, OioError):
-            return cause
+            return cause if cause is error else type(cause)(_with_key(str(cause), str(error)))
         cause = cause.__cause__ or cause.__context__
     if isinstance(error, FOREIGN):
         return BadInput(_paragraph(error, conf))
@@ -29,6 +29,9 @@ def _paragraph(error: BaseException, conf: Path) -> str:
     group = re.search(r"Could not find '(\w+)/([^']+)'", text) or re.search(r"[Cc]ould not (?:load|find) '?(\w+)/([\w.-]+)'?", text)
     if group:
         return _no_such_choice(group[1], group[2], conf)
+    if "Could not override 'stage'" in text:
+        known = ",".join(name for name, _ in choices(conf, "stage"))
+        return f"stage= takes a list of at least one of {known}. Type e.g. stage=[warm_up,baseline]."
     unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
     if unknown:
         return f"'{unknown[1]}' is not a key of the configuration. {_list_keys()} To add a new one on purpose: +{unknown[1]}=VALUE."
@@ -61,6 +64,12 @@ def _dangling(key: str, conf: Path) -> str:
     if known:
         return f"'{key}' is used, but nothing gives it. Choose {group}=, one of {', '.join(known)}. Type e.g. {group}={known[0]}."
     return f"'{key}' is used, but nothing gives it. `python -m oio.run --cfg job` prints every key."
+
+
+def _with_key(text: str, hydra_says: str) -> str:
+    """Names the YAML key instead of the class: `Filament.wind_m_s` becomes `air.wind_m_s` when it was built for `backend.air`."""
+    where = re.search(r"full_key: (?:\S+\.)?(\w+)", hydra_says)
+    return re.sub(r"^[A-Z]\w+\.", f"{where[1]}.", text) if where else text
 
 
 def _where(text: str) -> str:

@@ -31,6 +31,7 @@ from oio.sweep import SweepTable  # noqa: E402
 
 CONF = next((path for path in (ROOT / "conf", Path(__file__).parent / "conf") if path.is_dir()), ROOT / "conf")
 ASSEMBLIES = ("gum", "paper")
+FAILED: list[Exception] = []  # what a single run ended with
 PLAIN = re.compile(r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")  # an override from a log is data: a plain word, number or list, nothing else
 
 
@@ -42,8 +43,9 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     if cfg.assembly not in ASSEMBLIES:
         raise BadInput(f"assembly={cfg.assembly} was given, but assembly can be {' or '.join(ASSEMBLIES)}. Type e.g. assembly=gum.")
     for key in ("dof", "seed"):
-        if not isinstance(cfg[key], int) or isinstance(cfg[key], bool):
-            raise BadInput(f"{key}={cfg[key]} was given, but {key} is a whole number. Type e.g. {key}={5 if key == 'dof' else 0}.")
+        if not isinstance(cfg[key], int) or isinstance(cfg[key], bool) or cfg[key] < 0:
+            example = 5 if key == "dof" else 0
+            raise BadInput(f"{key}={cfg[key]} was given, but {key} is a whole number, 0 or more. Type e.g. {key}={example}.")
     names = {key: choices[key] for key in ("backend", "air", "ekf")}
     plain = {key: cfg[key] for key in ("dof", "assembly", "seed")}
     identity = {"sensor": cfg.sensor.name, "profile": cfg.profile.name, **plain, **names}
@@ -66,10 +68,11 @@ def job(cfg: DictConfig) -> dict[str, Any]:
     try:
         document = execute(build(cfg, dict(told.runtime.choices), list(told.overrides.task)), out)
     except Exception as error:
-        if not sweeping:
+        if sweeping:
+            _note_failure(out, error)
+        else:
             _leave_nothing(out)
-            raise
-        _note_failure(out, error)
+            FAILED.append(error)  # raised through Hydra it would be said twice
         return {}
     if not sweeping:
         show_summary(document, f"log, calibration and numbers are in {out}")
@@ -151,6 +154,8 @@ def _run(arguments: list[str]) -> None:
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come to us; we say them in one paragraph
     sys.argv = [sys.argv[0], *arguments]
     hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")(job)()
+    if FAILED:
+        raise FAILED[0]
     if SweepTable.failed:
         raise OioError(f"{SweepTable.failed} jobs of the sweep failed; their status.json says why.")
 

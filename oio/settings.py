@@ -38,7 +38,7 @@ def settings(cls: type[T]) -> type[T]:
 def _checked(name: str, value: Any, hint: Any) -> Any:
     value = _converted(value, hint)
     if isinstance(value, float) and not math.isfinite(value):
-        raise BadInput(f"{name} is {value}, but a finite number is needed. Give one, e.g. {name.rsplit('.', 1)[1]}=1.0")
+        raise BadInput(f"{name} is {value}, but a finite number is needed. Give one, e.g. 1.0.")
     try:
         die_if_unbearable(value, hint)
     except BeartypeDoorHintViolation:

@@ -28,7 +28,7 @@ class CalibrateBouts:
     rule: BoutRule
     beacon: Source
     moves_per_rung: int
-    sniff_s: float  # how long each move's sniff lasts at least; one reading of every element at least
+    sniff_s: float  # how long each move's sniff lasts at least; a rung lasts two windows at least
     path_period_s: float
     trace_limit: int
 
@@ -50,7 +50,7 @@ class CalibrateBouts:
         for move in range(self.moves_per_rung):
             q = context.world.goal
             chosen = self.bandit.choose(values, self._allowed(q, dof), context.rng)
-            bouts = self._sniff(context, self.bandit.goal(q, chosen), detector, trace)
+            bouts = self._sniff(context, self.bandit.goal(q, chosen), detector, trace, k)
             values = self.bandit.rewarded(values, chosen, float(np.mean([b.fired for b in bouts])) if bouts else 0.0)
             steps += bouts
             fired, signal = sum(b.fired for b in steps), steps[-1].smoothed_ppm if steps else 0.0
@@ -67,8 +67,8 @@ class CalibrateBouts:
         place = self.beacon.position
         return place is None or self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.near_m
 
-    def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace) -> list[Bout]:
-        dwell_s = max(self.sniff_s, self.sensor.elements * self.sensor.sample_s)
+    def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace, k: int) -> list[Bout]:
+        dwell_s = max(self.sniff_s, 2 * k * self.sensor.sample_s / self.moves_per_rung)
         bouts: list[Bout] = []
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             trace.add(sensed)

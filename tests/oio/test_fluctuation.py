@@ -13,7 +13,8 @@ def along_of(steps, *, every=2, tau=0.8, mean=10.0, rarity=1.0, r=0.1, speed=0.0
     full = lambda value: np.full(steps, float(value))  # noqa: E731
     at = np.arange(0, steps, every)
     field = Field(full(mean), full(rarity), full(r), full(speed), slope, stray, 0.1)
-    return Along(field, full(0.1), full(tau), at, np.full(len(at), gain), np.full(len(at), sigma**2))
+    dt = np.where(np.arange(steps) > 0, 0.1, 0.0)  # the first reading is where the path begins
+    return Along(field, dt, full(tau), at, np.full(len(at), gain), np.full(len(at), sigma**2))
 
 
 def test_the_implied_covariance_is_that_of_the_process():
