@@ -96,16 +96,23 @@ class Arm:
 
     def nose(self, q_rad: Array) -> Array:
         """Nose position p_base_nose (..., 3) m from unlocked joints q_rad (..., n)."""
-        return self.nose_jacobian(q_rad)[0]
+        q = self._rows(q_rad)
+        c = self._chain
+        p, _ = nose_and_jacobian(q, c.poses, c.axes, c.kinds, self._locked, c.nose_offset, False)
+        return p.reshape(*np.shape(q_rad)[:-1], 3)
 
     def nose_jacobian(self, q_rad: Array) -> tuple[Array, Array]:
         """p_base_nose (..., 3) m and its Jacobian dp/dq (..., 3, n) m/rad for unlocked joints q_rad (..., n)."""
+        q = self._rows(q_rad)
+        c, shape = self._chain, np.shape(q_rad)[:-1]
+        p, jacobian = nose_and_jacobian(q, c.poses, c.axes, c.kinds, self._locked, c.nose_offset, True)
+        return p.reshape(*shape, 3), jacobian.reshape(*shape, 3, self.dof)
+
+    def _rows(self, q_rad: Array) -> Array:
         q = np.ascontiguousarray(q_rad, dtype=np.float64)
         if q.shape[-1] != self.dof:
             raise ValueError(f"expected {self.dof} joint values, got {q.shape[-1]}")
-        c = self._chain
-        p, jacobian = nose_and_jacobian(q.reshape(-1, self.dof), c.poses, c.axes, c.kinds, self._locked, c.nose_offset)
-        return p.reshape(*q.shape[:-1], 3), jacobian.reshape(*q.shape[:-1], 3, self.dof)
+        return q.reshape(-1, self.dof)
 
     @cached_property
     def _locked(self) -> Array:

@@ -3,9 +3,10 @@
 import numpy as np
 
 from oio.arm import Arm
-from oio.batch import Fit, Problem, solve
+from oio.batch import Fit, solve
 from oio.fluctuation import Fluctuation, fitted
 from oio.knowledge import Nominal, prior
+from oio.problem import Problem
 from oio.ranging import RangeLaw
 from oio.records import Array
 from oio.trace import Sniffs

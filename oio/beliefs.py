@@ -4,12 +4,15 @@ import numpy as np
 from scipy.stats import qmc
 
 from oio.arm import Arm
-from oio.batch import Fit, Problem, solve
+from oio.batch import Fit, solve
 from oio.knowledge import Knowledge, around
+from oio.problem import Problem
 from oio.ranging import RangeLaw, Rssi
 from oio.records import Array
 from oio.settings import in_range, settings
 from oio.trace import Sniffs, Trace
+
+NO_SOURCE = -60.0  # ln strength of nothing at all
 
 
 @settings
@@ -72,13 +75,21 @@ def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
 
 
 def with_strength(problem: Problem, start: Array, gamma: float) -> tuple[float, Array]:
-    """theta (P,) with the ln strength of least squares, which is linear in it, and the sum of squares."""
+    """theta (P,) with the ln strength of least squares, and the sum of squares.
+
+    What is left of the lag's beginning does not scale with the strength; the rest does, but for which of rise and fall holds when, so
+    the factor is found twice.
+    """
     theta, sn = np.array(start), problem.sniffs
-    h = problem.predict(theta).ppm
-    z = problem.residual(theta, np.zeros_like(h))
+    nothing = np.array(start)
+    nothing[3] = NO_SOURCE
+    left = problem.expect(nothing)
+    z = problem.residual(theta, left)
     weight = 1.0 / (sn.sigma_ppm**2 + (gamma * z) ** 2)
-    factor = max(float(weight @ (h * z)) / max(float(weight @ (h * h)), 1e-300), 1e-6)
-    theta[3] += np.log(factor)
+    for _ in range(2):
+        h = problem.expect(theta) - left
+        factor = max(float(weight @ (h * z)) / max(float(weight @ (h * h)), 1e-300), 1e-6)
+        theta[3] += np.log(factor)
     return float(weight @ (z - factor * h) ** 2), theta
 
 

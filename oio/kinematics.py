@@ -10,8 +10,10 @@ SLIDE, HINGE = 0, 1
 
 
 @numba.njit(cache=True)
-def nose_and_jacobian(q: Array, poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array) -> tuple[Array, Array]:
-    """Nose positions (k, 3) and Jacobians (k, 3, n) for joints q (k, n).
+def nose_and_jacobian(
+    q: Array, poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array, want_jacobian: bool = True
+) -> tuple[Array, Array]:
+    """Nose positions (k, 3) and, if wanted, Jacobians (k, 3, n) for joints q (k, n).
 
     The chain is T = prod_j pose_j (4, 4) * motion_j(q_j) with one joint per link: `axes` (m, 3) in the joint's frame, `kinds` (m,)
     SLIDE or HINGE; joints n..m-1 stay at `locked` (m,); `offset` (3,) is the nose in the last frame.
@@ -19,7 +21,7 @@ def nose_and_jacobian(q: Array, poses: Array, axes: Array, kinds: NDArray[np.int
     """
     k, n = q.shape
     m = poses.shape[0]
-    p_all, j_all = np.empty((k, 3)), np.empty((k, 3, n))
+    p_all, j_all = np.empty((k, 3)), np.empty((k, 3, n if want_jacobian else 0))
     anchors, directions = np.empty((m, 3)), np.empty((m, 3))
     rotation, turned, turn = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     position = np.empty(3)
@@ -44,7 +46,7 @@ def nose_and_jacobian(q: Array, poses: Array, axes: Array, kinds: NDArray[np.int
                 rotation[:] = turned
         _advance(rotation, position, offset)
         p_all[i] = position
-        for j in range(n):
+        for j in range(n if want_jacobian else 0):
             if kinds[j] == SLIDE:
                 j_all[i, :, j] = directions[j]
                 continue

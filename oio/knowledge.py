@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from oio.arm import Arm
-from oio.batch import Fit, Layout
+from oio.batch import Fit
 from oio.fluctuation import Fluctuation
 from oio.model import Model, Wander
+from oio.problem import Layout
 from oio.ranging import RangeLaw
 from oio.records import Array
 from oio.settings import settings

@@ -108,7 +108,10 @@ class Model:
         return p, jac @ belief.cov[o, o] @ jac.T
 
     def transition(self, x: Array, dt_s: float, joints: JointState) -> tuple[Array, Array, Array]:
-        """x (N,) after dt_s with the encoders at `joints`, its Jacobian F (N, N), and Q (N, N)."""
+        """x (N,) after dt_s with the encoders at `joints`, its Jacobian F (N, N), and Q (N, N).
+
+        F takes how much and how fast the gas fluctuates as given; that they depend on where the source is, is left out (exact at m = 0).
+        """
         at, n, fl = self.at, self.arm.dof, self.fluctuation
         i, s, m = at["f"].start, at["s"].start, at["m"].start
         o, v, a = np.arange(n), np.arange(n, 2 * n), np.arange(2 * n, 3 * n)
@@ -131,6 +134,7 @@ class Model:
         jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, to, keep
         q = np.diag(self.process_noise(dt_s))
+        q[: 3 * n, : 3 * n] += np.kron(self._wandering_drift(dt_s), np.eye(n))
         q[i, i], q[i, m], q[m, i], q[m, m] = step[3], step[4], step[4], step[5]
         return new, jacobian, q
 
@@ -139,12 +143,17 @@ class Model:
         moving = np.abs(joints.dq) > self.wander.still_rad_s
         return np.array([np.linalg.norm(jac @ (joints.dq * moving))])
 
+    def _wandering_drift(self, dt_s: float) -> Array:
+        """Q (3, 3) of offset, rate and acceleration of a joint whose acceleration walks at random (Van Loan 1978, in closed form)."""
+        t = dt_s
+        shape = np.array([[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]])
+        return np.asarray(np.radians(self.wander.drift_deg_s2_sqrt_s) ** 2 * shape)
+
     def process_noise(self, dt_s: float) -> Array:
-        """Diagonal of Q (N,) over dt_s for all but f and m, whose noise depends on where the nose is."""
+        """Diagonal of Q (N,) over dt_s of everything that walks at random by itself."""
         w, at = self.wander, self.at
         q = np.zeros(self.size)
         q[at["o"]] = np.radians(w.offset_deg_sqrt_s) ** 2 * dt_s
-        q[at["a"]] = np.radians(w.drift_deg_s2_sqrt_s) ** 2 * dt_s
         q[at["s"]] = self.noise.source_q_m2 * (dt_s if self.noise.assembly == "gum" else 1.0)
         q[at["l"]] = w.strength_sqrt_s**2 * dt_s
         q[at["n"]] = w.exponent_sqrt_s**2 * dt_s

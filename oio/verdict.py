@@ -47,7 +47,7 @@ def _coverage(found: Findings, limits: Limits) -> list[str]:
 def _filter(found: Findings, limits: Limits) -> list[str]:
     o, out = found.outcome, list[str]()
     if not o.found:
-        out.append(f"the source was not declared within {o.moves} moves: raise stage.navigate.max_moves, or stage.navigate.stop.sd_m.")
+        out.append(f"the source was not declared within {o.moves} moves: raise stage.navigate.max_moves, or stop.sd_m.")
     if o.nis_mean is not None and not limits.nis_low <= o.nis_mean <= limits.nis_high:
         out.append(f"mean NIS is {o.nis_mean:.2f}, {limits.nis_low:g} to {limits.nis_high:g} is consistent: R or gamma is off.")
     if found.bound_m is not None and o.source_error_m is not None and o.source_error_m > limits.bound_ratio * found.bound_m:

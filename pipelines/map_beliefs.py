@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from oio.arm import Arm
-from oio.batch import Fit, Problem
+from oio.batch import Fit
 from oio.beacon import beacon_problem, fit_beacon
 from oio.beliefs import BeliefMap, spheres_of
 from oio.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
@@ -15,6 +15,7 @@ from oio.metrics import nees
 from oio.model import Wander
 from oio.pipeline import Context, sniff
 from oio.places import Source
+from oio.problem import Problem
 from oio.protocols import Sensor
 from oio.ranging import RangeLaw
 from oio.records import Array, seconds

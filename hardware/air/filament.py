@@ -120,6 +120,6 @@ def _density(position: Array, age: Array, count: int, p: Array, start: float, gr
     for i in range(count):
         variance = start + growth * age[i]
         d = (position[i, 0] - p[0]) ** 2 + (position[i, 1] - p[1]) ** 2 + (position[i, 2] - p[2]) ** 2
-        if d < 36.0 * variance:
+        if d < 25.0 * variance:  # beyond five sigma a puff adds less than 4e-6 of its peak
             total += np.exp(-0.5 * d / variance) / (2.0 * np.pi * variance) ** 1.5
     return total

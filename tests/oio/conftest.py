@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from oio.arm import smooth
-from oio.batch import Layout, Problem
 from oio.fluctuation import Fluctuation
 from oio.knowledge import Knowledge, prior
 from oio.model import Model
+from oio.problem import Layout, Problem
 from oio.trace import Sniffs
 from oio.uncertainty import Noise
 
