@@ -77,11 +77,15 @@ class BoutDetector:
         self._rule, self._k, self._baselines = rule, k, baselines
         self._latest: list[float | None] = [None] * len(baselines)
         self._window: list[float] = []
-        self._smoothed = self._delta = 0.0
+        self._smoothed: float | None = None  # y'_{t-1}
+        self._delta: float | None = None  # delta_{t-1}
         self._threshold = float(np.mean([rule.threshold(b) for b in baselines]))
 
     def feed(self, reading: GasReading) -> Bout | None:
-        """One step; None until every element was read and the window is full."""
+        """One step; None until there is a y'_t and a y'_{t-1}: every element was read, and the window was full once before.
+
+        The first differential has none before it that it could exceed, so it never fires.
+        """
         self._latest[reading.element] = reading.ppm - self._baselines[reading.element].ppm
         known = [v for v in self._latest if v is not None]
         if len(known) < len(self._latest):
@@ -90,10 +94,14 @@ class BoutDetector:
         self._window = [*self._window[-self._k + 1 :], y]
         if len(self._window) < self._k:
             return None
-        before, self._smoothed = self._smoothed, float(np.mean(self._window))
-        delta_before, self._delta = self._delta, (self._smoothed if self._rule.differential == "smoothed" else y) - before
-        fired = self._delta > delta_before and self._smoothed > self._threshold
-        return Bout(reading.t_ns, self._smoothed, self._delta, fired, float(np.std(self._window, ddof=1)))
+        before, smoothed = self._smoothed, float(np.mean(self._window))
+        self._smoothed = smoothed
+        if before is None:
+            return None
+        delta_before, delta = self._delta, (smoothed if self._rule.differential == "smoothed" else y) - before  # eq. (1)
+        self._delta = delta
+        fired = delta_before is not None and delta > delta_before and smoothed > self._threshold
+        return Bout(reading.t_ns, smoothed, delta, fired, float(np.std(self._window, ddof=1)))
 
 
 def baseline(ppm: Array, dt_s: float, tau_s: float, nominal_sigma_ppm: float) -> Baseline:

@@ -37,13 +37,20 @@ def settings(cls: type[T]) -> type[T]:
 
 def _checked(name: str, value: Any, hint: Any) -> Any:
     value = _converted(value, hint)
-    if isinstance(value, float) and not math.isfinite(value):
-        raise BadInput(f"{name} is {value}, but a finite number is needed. Give one, e.g. 1.0.")
+    _refuse_infinite(name, value)
     try:
         die_if_unbearable(value, hint)
     except BeartypeDoorHintViolation:
         raise BadInput(f"{name} is {value!r}, but its type must be {_words(hint)}.") from None
     return value
+
+
+def _refuse_infinite(name: str, value: Any) -> None:
+    if isinstance(value, float) and not math.isfinite(value):
+        raise BadInput(f"{name} is {value}, but a finite number is needed. Give one, e.g. 1.0.")
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, tuple | list) else ()
+    for key, entry in inside:
+        _refuse_infinite(f"{name}[{key}]", entry)
 
 
 def _converted(value: Any, hint: Any) -> Any:

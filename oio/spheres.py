@@ -7,6 +7,8 @@ import numpy as np
 from oio.errors import NotObservable
 from oio.records import Array
 
+ROUNDING = 1e-9  # of the largest length
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circle:
@@ -18,16 +20,16 @@ class Circle:
 
 
 def circle(c1: Array, r1: float, c2: Array, r2: float) -> Circle:
-    """Where two spheres meet; raises NotObservable if they do not, saying by how much."""
+    """Where two spheres meet, of radius 0 if they only touch; raises NotObservable if they do not, saying by how much."""
     between = c2 - c1
     d = float(np.linalg.norm(between))
     if d < 1e-9:
         raise NotObservable("the two spheres have the same centre: move the nose between sniffs.")
+    gap = max(d - r1 - r2, abs(r1 - r2) - d)
+    if gap > ROUNDING * max(d, r1, r2):
+        raise NotObservable(f"the two spheres miss each other by {1e3 * gap:.3g} mm: a range is off, or the strength is.")
     along = (d * d + r1 * r1 - r2 * r2) / (2 * d)
-    height2 = r1 * r1 - along * along
-    if height2 < 0:
-        gap = max(d - r1 - r2, abs(r1 - r2) - d)
-        raise NotObservable(f"the two spheres miss each other by {1e3 * gap:.1f} mm: a range is off, or the strength is.")
+    height2 = max(r1 * r1 - along * along, 0.0)  # spheres that touch meet in a point, and rounding must not part them
     return Circle(c1 + along * between / d, float(np.sqrt(height2)), between / d)
 
 

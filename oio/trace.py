@@ -94,8 +94,10 @@ class Sniffs:
     sigma_ppm: Array
 
     def between(self, begin_s: float, end_s: float) -> "Sniffs":
-        """The part with begin_s <= t <= end_s, from its first reading on."""
+        """The part with begin_s <= t <= end_s, from its first reading on; raises NotObservable if it has none."""
         kept = (self.reading_t_s >= begin_s) & (self.reading_t_s <= end_s)
+        if not np.any(kept):
+            raise NotObservable(f"there is no reading from {begin_s:.3f} to {end_s:.3f} s; sniff longer, until the sensor has been read.")
         first = int(self.at[kept][0])
         path = slice(first, int(np.searchsorted(self.t_s, end_s, side="right")))
         return Sniffs(

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from oio.arm import Arm, smooth
-from oio.errors import BadInput
+from oio.errors import BadInput, OioError
 from oio.places import Source
 from oio.protocols import Air, Sensor
 from oio.records import Array, GasSample, JointState, Truth, WorldSample, nanoseconds, seconds
@@ -45,7 +45,12 @@ class MujocoSim:
     @contextlib.contextmanager
     def open(self) -> Iterator["Bench"]:
         """Load the physics, place the sources, switch the sensor on."""
-        yield Bench(self)
+        warned, before = list[str](), mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; raising in there would end the process
+        try:
+            yield Bench(self, warned)
+        finally:
+            mujoco.set_mju_user_warning(before)
 
     def model(self) -> tuple[mujoco.MjModel, str]:
         """The MJCF compiled with a free-play joint beside every unlocked one, and its XML for the log."""
@@ -62,10 +67,10 @@ class MujocoSim:
 
 
 class Bench:
-    """The live simulation. Time is counted in control ticks, so it never drifts."""
+    """The live simulation. Time is counted in control ticks, so it never drifts. `warned` is where MuJoCo's warnings come in."""
 
-    def __init__(self, sim: MujocoSim) -> None:
-        self._sim, self._ticks = sim, 0
+    def __init__(self, sim: MujocoSim, warned: list[str]) -> None:
+        self._sim, self._ticks, self._warned = sim, 0, warned
         self._model, self.mjcf = sim.model()
         self._data = mujoco.MjData(self._model)
         self._substeps = round(sim.joint_period_s / self._model.opt.timestep)
@@ -101,8 +106,16 @@ class Bench:
         for i, name in enumerate(self._sim.arm.all_names):
             self._data.joint(name).qpos = self._sim.arm.home_rad[i]
             self._data.ctrl[self._actuators[i]] = self._sim.arm.home_rad[i]
-        mujoco.mj_step(self._model, self._data, nstep=500)  # one second to sag into the servos and the free play
+        self._step(500)  # one second to sag into the servos and the free play
         self._data.time = 0.0
+
+    def _step(self, count: int) -> None:
+        mujoco.mj_step(self._model, self._data, nstep=count)
+        if self._warned:  # MuJoCo itself would go on, after bad numbers from the pose of the MJCF
+            raise OioError(
+                f"the physics of {self._sim.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
+                f"Check masses, gains and timestep of the MJCF; a smaller timestep or arm.joint_speed may do."
+            )
 
     @property
     def t_ns(self) -> int:
@@ -110,8 +123,11 @@ class Bench:
         return self._ticks * nanoseconds(self._sim.joint_period_s)
 
     def move(self, q_rad: Array, over_s: float) -> None:
-        """Begin a minimum-jerk move from where the set-point is now."""
-        self._from, self._goal = self._set_point(), q_rad
+        """Begin a minimum-jerk move from where the set-point is now; raises BadInput for a goal of another length or not finite."""
+        goal, n = np.array(q_rad, dtype=float), self._sim.arm.dof
+        if goal.shape != (n,) or not np.all(np.isfinite(goal)):
+            raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
+        self._from, self._goal = self._set_point(), goal
         self._began_s, self._over_s = seconds(self.t_ns), over_s
 
     def present(self, source: str) -> None:
@@ -133,7 +149,7 @@ class Bench:
     def _tick(self) -> Iterator[WorldSample]:
         sim, t_s = self._sim, seconds(self.t_ns)
         self._data.ctrl[self._actuators[: sim.arm.dof]] = self._set_point() - self._encoders.offset(t_s)
-        mujoco.mj_step(self._model, self._data, nstep=self._substeps)
+        self._step(self._substeps)
         self._ticks += 1
         yield self._encoders.read(self.t_ns, self._data.qpos[self._joints])
         if self._ticks % sim.air_every == 0:

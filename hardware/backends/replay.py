@@ -12,6 +12,7 @@ from oio.records import Array, Event, GasSample, JointState, Truth, WorldSample,
 from oio.settings import settings
 
 _COMMANDS = ("move", "present")
+_SOURCES = ("none", "beacon", "source")
 
 
 @settings
@@ -54,7 +55,9 @@ class Played:
         self._compare("move", move_text(q_rad, over_s))
 
     def present(self, source: str) -> None:
-        """Nothing opens; compared with the log as `move` is."""
+        """Nothing opens; compared with the log as `move` is. Raises BadInput for what no world has."""
+        if source not in _SOURCES:
+            raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(_SOURCES)}.")
         self._compare("present", source)
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
 
 from oio.log import schemas
-from oio.records import Array, Belief, Event, GasSample, Innovation, JointState, Truth, WorldSample
+from oio.records import Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
 
 
 def _joint_state(t_ns: int, data: bytes) -> JointState:
@@ -46,6 +47,11 @@ def belief(t_ns: int, data: bytes) -> Belief:
     return Belief(t_ns, np.array(message.mean), _mirrored(message.cov_upper, len(message.mean)))
 
 
+def named_belief(t_ns: int, data: bytes) -> tuple[tuple[str, ...], Belief]:
+    """A belief with the names of its n entries."""
+    return tuple(schemas.State.FromString(data).names), belief(t_ns, data)
+
+
 def _mirrored(upper: Any, n: int) -> Array:
     cov = np.empty((n, n))
     cov[np.triu_indices(n)] = upper
@@ -58,3 +64,22 @@ def innovation(t_ns: int, data: bytes) -> Innovation:
     message = schemas.Innovation.FromString(data)
     m = len(message.residual)
     return Innovation(t_ns, np.array(message.residual), np.array(message.cov).reshape(m, m), message.gated)
+
+
+def reading(t_ns: int, data: bytes) -> GasReading:
+    """A calibrated reading."""
+    message = schemas.GasReading.FromString(data)
+    return GasReading(t_ns, message.element, message.ppm, message.sigma_ppm)
+
+
+def odometry(t_ns: int, data: bytes) -> tuple[int, Array, Array]:
+    """t_ns, where the nose is believed to be (3,) m, its covariance (3, 3) m^2."""
+    message = Odometry.FromString(data)
+    p = message.pose.position
+    return t_ns, np.array([p.x, p.y, p.z]), np.array(message.pose_covariance).reshape(6, 6)[:3, :3]
+
+
+def stage(t_ns: int, data: bytes) -> tuple[int, str, str]:
+    """t_ns, the stage, and where it stood."""
+    message = schemas.StageResult.FromString(data)
+    return t_ns, message.stage, message.state

@@ -3,20 +3,16 @@
 import os
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
-import numpy as np
-from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
-from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.reader import make_reader
 from mcap.records import Attachment, Message
-from scipy.spatial.transform import Rotation
 
 from oio.errors import BadInput
-from oio.log import decode, schemas
+from oio.log import decode
 from oio.log.check import check, refuse_damaged
 from oio.log.scan import DAMAGE, Picker, records, written
-from oio.log.scene import CHI2_95
+from oio.log.scene import hypotheses
 from oio.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
 
 T = TypeVar("T")
@@ -55,60 +51,27 @@ def read_innovations(path: Path) -> Iterator[Innovation]:
 
 def read_states(path: Path) -> Iterator[tuple[tuple[str, ...], Belief]]:
     """Every belief of the run with the names of its n entries, e.g. `source_x`; errors as `read_samples`."""
-    return _of_kind(path, "oio.v1.State", _named_belief)
+    return _of_kind(path, "oio.v1.State", decode.named_belief)
 
 
 def read_readings(path: Path) -> Iterator[GasReading]:
     """Every raw sample that a stage turned into ppm; errors as `read_samples`."""
-    return _of_kind(path, "oio.v1.GasReading", _reading)
+    return _of_kind(path, "oio.v1.GasReading", decode.reading)
 
 
 def read_odometry(path: Path) -> Iterator[tuple[int, Array, Array]]:
     """(t_ns, nose (3,) m, covariance (3, 3) m^2) of every believed nose, in frame base; errors as `read_samples`."""
-    return _of_kind(path, "foxglove.Odometry", _odometry)
+    return _of_kind(path, "foxglove.Odometry", decode.odometry)
 
 
 def read_stages(path: Path) -> Iterator[tuple[int, str, str]]:
     """(t_ns, stage, `begin` | `end` | `failed`) in written order; errors as `read_samples`."""
-    return _of_kind(path, "oio.v1.StageResult", _stage)
+    return _of_kind(path, "oio.v1.StageResult", decode.stage)
 
 
 def read_hypotheses(path: Path) -> Iterator[tuple[int, list[tuple[Array, Array]]]]:
     """(t_ns, hypotheses of the source, best first, each (3,) m and (3, 3) m^2) as the viewer got them; errors as `read_samples`."""
-    return _of_kind(path, "foxglove.SceneUpdate", _hypotheses)
-
-
-def _named_belief(t_ns: int, data: bytes) -> tuple[tuple[str, ...], Belief]:
-    return tuple(schemas.State.FromString(data).names), decode.belief(t_ns, data)
-
-
-def _reading(t_ns: int, data: bytes) -> GasReading:
-    message = schemas.GasReading.FromString(data)
-    return GasReading(t_ns, message.element, message.ppm, message.sigma_ppm)
-
-
-def _odometry(t_ns: int, data: bytes) -> tuple[int, Array, Array]:
-    message = Odometry.FromString(data)
-    p = message.pose.position
-    return t_ns, np.array([p.x, p.y, p.z]), np.array(message.pose_covariance).reshape(6, 6)[:3, :3]
-
-
-def _hypotheses(t_ns: int, data: bytes) -> tuple[int, list[tuple[Array, Array]]]:
-    entities = SceneUpdate.FromString(data).entities
-    return t_ns, [_unscaled(ball) for entity in entities if entity.id == "hypotheses" for ball in entity.spheres]
-
-
-def _unscaled(ball: Any) -> tuple[Array, Array]:
-    """Mean and covariance of a 95 % ellipsoid: the way back from `oio/log/scene.py`."""
-    p, q, size = ball.pose.position, ball.pose.orientation, ball.size
-    axes = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-    variances = np.array([size.x, size.y, size.z]) ** 2 / (4.0 * CHI2_95)
-    return np.array([p.x, p.y, p.z]), axes * variances @ axes.T
-
-
-def _stage(t_ns: int, data: bytes) -> tuple[int, str, str]:
-    message = schemas.StageResult.FromString(data)
-    return t_ns, message.stage, message.state
+    return _of_kind(path, "foxglove.SceneUpdate", hypotheses)
 
 
 def _of_kind(path: Path, kind: str, record: Callable[[int, bytes], T]) -> Iterator[T]:

@@ -57,3 +57,16 @@ def _ball(centre_m: Array, size_m: Array, color: Color, xyzw: Sequence[float] = 
 
 def _finite(*arrays: Array | float) -> bool:
     return all(np.all(np.isfinite(array)) for array in arrays)
+
+
+def hypotheses(t_ns: int, data: bytes) -> tuple[int, list[tuple[Array, Array]]]:
+    """The way back: t_ns and the hypotheses as `scene` got them, each mean (3,) m and covariance (3, 3) m^2."""
+    entities = SceneUpdate.FromString(data).entities
+    return t_ns, [_unscaled(ball) for entity in entities if entity.id == "hypotheses" for ball in entity.spheres]
+
+
+def _unscaled(ball: Any) -> tuple[Array, Array]:
+    p, q, size = ball.pose.position, ball.pose.orientation, ball.size
+    axes = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    variances = np.array([size.x, size.y, size.z]) ** 2 / (4.0 * CHI2_95)
+    return np.array([p.x, p.y, p.z]), axes * variances @ axes.T

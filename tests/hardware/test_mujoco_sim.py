@@ -4,10 +4,11 @@ import hashlib
 import math
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
+from oio.errors import BadInput, OioError
 from oio.records import GasSample, JointState, Truth, seconds
 from oio.seeds import Seeds
 from oio.testing import check_backend
@@ -226,3 +227,49 @@ def test_a_beacon_out_of_reach_is_refused_at_the_opening(sim):
     away = replace(sim(), beacon=replace(sim().beacon, position=(1.5, 0.0, 0.2)))
     with pytest.raises(BadInput, match=r"beacon.position is \[1.5, 0.0, 0.2\]"), away.open():
         pass
+
+
+@pytest.mark.parametrize("goal", [[np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0], [0.0] * 5, 0.0, [[0.0, 0.0, 0.0]]])
+def test_a_goal_of_another_length_or_not_finite_is_refused_and_nothing_is_set(sim, goal):
+    bench = sim(3)
+    with bench.open() as world:
+        world.present("none")
+        with pytest.raises(BadInput, match=r"was asked for, but dof=3 takes 3 finite numbers"):
+            world.move(np.array(goal), 1.0)
+        assert digest(world.samples(0.5)) == digest(ran(bench, 0.5))
+
+
+def test_a_goal_that_is_changed_afterwards_changes_no_move(sim):
+    bench = sim(3)
+    goal = bench.arm.home + 0.1
+    with bench.open() as world:
+        world.present("none")
+        world.move(goal, 0.4)
+        goal[:] = 0.0
+        assert digest(world.samples(0.5)) == digest(ran(bench, 0.0, [bench.arm.home + 0.1], every_s=0.5))
+
+
+def test_a_warning_of_the_physics_is_an_error_and_writes_no_file(sim, monkeypatch, tmp_path):
+    """Bearings that push instead of brake."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wild").mkdir()
+    wild = tmp_path / "wild" / "arm.xml"
+    wild.write_text(sim().arm.path.read_text().replace('damping="0.60"', 'damping="-60"'))
+    before = mujoco.get_mju_user_warning()
+    with (
+        pytest.raises(OioError, match=r"physics of .*arm.xml broke down after 0\.000 s. MuJoCo says: .*Check masses"),
+        replace(sim(), arm=replace(sim().arm, mjcf=str(wild))).open(),
+    ):
+        pass
+    assert [path.name for path in tmp_path.iterdir()] == ["wild"]
+    assert mujoco.get_mju_user_warning() is before
+
+
+def test_physics_that_break_down_on_the_way_are_an_error_too(sim, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    with sim(3).open() as world:
+        list(world.samples(0.1))
+        world._data.qvel[0] = np.nan
+        with pytest.raises(OioError, match=r"broke down after 0\.100 s. MuJoCo says: Nan, Inf or huge value in QVEL"):
+            list(world.samples(0.1))
+    assert not list(tmp_path.iterdir())

@@ -20,6 +20,7 @@ from oio.arm import Arm
 from oio.errors import BadInput, WorldEnded
 from oio.protocols import Backend
 from oio.records import Event, GasReading, GasSample, JointState, Truth, nanoseconds
+from oio.testing import check_backend
 
 CONF = Path(__file__).resolve().parents[2] / "conf"
 DATA = Path(os.environ.get("OIO_DATA", "data"))
@@ -117,6 +118,19 @@ def test_it_is_a_backend_and_opening_gives_a_world():
     assert isinstance(chosen, Backend)
     with chosen.open() as world:
         assert world.t_ns == 0
+
+
+ROWS = "\n".join(f"2024-10-07T12:41:{i:02d};{400 + i};{500 + i}" for i in range(40))
+
+
+def test_it_keeps_a_backends_promises(monkeypatch, tmp_path):
+    """A file of 40 s, read by the loader of a real one, and an array of places."""
+    monkeypatch.setenv("OIO_DATA", str(tmp_path))
+    (tmp_path / "tiny.csv").write_text(f"Time;Concentration [ppm] at VYU;Concentration [ppm] at 21kv\n{ROWS}\n")
+    check_backend(backend("co2_scd30x4", arm("so101", 5), file="tiny.csv"), for_s=10.0)
+    check_backend(backend("co2_scd30x4", arm("so101", 5), file="tiny.csv"), for_s=7.3)
+    run = Part(steady(np.arange(50), 5, place_m=CORNERS, source_m=BEACON))
+    check_backend(Recording(recording=Made({"none": run}), sensor=Plain(), arm=arm("gantry", 3)), for_s=10.0)
 
 
 def test_it_begins_with_one_account_and_each_gas_sample_with_truth_and_joints():

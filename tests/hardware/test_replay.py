@@ -17,6 +17,7 @@ from oio.log import RunLog, read_samples
 from oio.pipeline import Watched
 from oio.protocols import Backend
 from oio.records import SECOND_NS, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
+from oio.testing import check_backend
 
 TICK_NS = 20_000_000
 GIVE = "Give the log of an OIO run, e.g. outputs/2026-01-31/12-00-00/run.mcap."
@@ -292,3 +293,16 @@ def test_no_log_and_half_a_log(tmp_path: Path) -> None:
     assert refusal(played(path)).startswith(f"{path} has no end: ")
     path.write_bytes(b"t_s,ppm\n")
     assert refusal(played(path)).startswith(f"{path} was given as a log, but it is not an MCAP file.")
+
+
+def test_it_keeps_a_backends_promises(tmp_path: Path) -> None:
+    check_backend(played(logged(tmp_path / "run.mcap")))
+    check_backend(played(logged(tmp_path / "unmarked.mcap", marks=False)), for_s=0.73)
+
+
+def test_a_source_that_no_world_has_is_refused_and_is_no_command(tmp_path: Path) -> None:
+    with played(logged(tmp_path / "run.mcap")).open() as world:
+        with pytest.raises(BadInput, match=r"present\('tea'\) was asked for, but a world has none, beacon, source"):
+            world.present("tea")
+        world.present("none")
+        assert len(times(world, 1.0)) == 50 and world.differing == 0

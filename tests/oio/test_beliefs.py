@@ -50,7 +50,7 @@ def test_strength_is_that_of_least_squares(lab):
     cost, found = with_strength(problem, start, 0.3)
     assert found[3] == pytest.approx(theta[3], abs=0.05)  # rise and fall hold at other times while the strength is wrong
     np.testing.assert_array_equal(np.delete(found, 3), np.delete(theta, 3))
-    elsewhere = start + np.array([0.1, 0.0, 0.0, *[0.0] * (len(start) - 4)])
+    elsewhere = start + np.array([0.1, 0.0, 0.0, *[0.0] * (len(start) - 3)])
     assert 10 * cost < with_strength(problem, elsewhere, 0.3)[0]
 
 

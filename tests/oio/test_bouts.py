@@ -22,32 +22,43 @@ def fed(values, k=2, baselines=(CLEAN,), **choices):
 
 
 def test_equation_1_by_hand():
-    """y = 0 0 2 6 6; y' = 0 1 4 6; d = 0 1 3 2; a bout where d grows and y' is above 1."""
+    """y = 0 0 2 6 6; y' = - 0 1 4 6; d = y'_t - y'_{t-1} = - - 1 3 2; a bout where d grows and y' is above 1."""
     steps = fed([10.0, 10.0, 12.0, 16.0, 16.0])
-    assert steps[0] is None
-    assert [s.smoothed_ppm for s in steps[1:]] == [0.0, 1.0, 4.0, 6.0]
-    assert [s.delta_ppm for s in steps[1:]] == [0.0, 1.0, 3.0, 2.0]
-    assert [s.fired for s in steps[1:]] == [False, False, True, False]
+    assert steps[:2] == [None, None]
+    assert [s.smoothed_ppm for s in steps[2:]] == [1.0, 4.0, 6.0]
+    assert [s.delta_ppm for s in steps[2:]] == [1.0, 3.0, 2.0]
+    assert [s.fired for s in steps[2:]] == [False, True, False]
     assert steps[3].spread_ppm == pytest.approx(np.std([2.0, 6.0], ddof=1))
 
 
+@pytest.mark.parametrize("differential", ["smoothed", "raw"])
+@given(st.lists(st.floats(20, 1000), min_size=5, max_size=5))
+def test_the_first_window_has_no_differential_and_the_first_differential_none_to_exceed(differential, values):
+    """Eq. (1) needs y'_{t-1}, the rule delta_{t-1} as well; a sensor that is in gas from the start rose from nothing."""
+    steps = fed(values, k=3, differential=differential)
+    assert steps[:3] == [None, None, None]
+    assert steps[3].delta_ppm == pytest.approx((np.mean(values[1:4]) if differential == "smoothed" else values[3]) - 10.0
+                                               - (np.mean(values[:3]) - 10.0))  # fmt: skip
+    assert not steps[3].fired and steps[4].fired == (steps[4].delta_ppm > steps[3].delta_ppm)
+
+
 def test_the_raw_differential_takes_the_reading_itself():
-    """d = y - y'_before: 0, 2 - 0, 6 - 1, 6 - 4."""
-    assert [s.delta_ppm for s in fed([10.0, 10.0, 12.0, 16.0, 16.0], differential="raw")[1:]] == [0.0, 2.0, 5.0, 2.0]
+    """d = y_t - y'_{t-1}: 2 - 0, 6 - 1, 6 - 4."""
+    assert [s.delta_ppm for s in fed([10.0, 10.0, 12.0, 16.0, 16.0], differential="raw")[2:]] == [2.0, 5.0, 2.0]
 
 
 def test_max_and_three_sigma_are_different_thresholds():
-    rising = [10.0, 10.0, 12.5, 13.5]  # y' = 0, 1.25, 3.0 (not above 3), d rises
-    assert [s.fired for s in fed(rising)[1:]] == [False, True, True]
-    assert [s.fired for s in fed(rising, above="mean_plus_3_sigma")[1:]] == [False, False, False]
+    rising = [10.0, 10.0, 12.5, 13.5]  # y' = 0, 1.25, 3.0 (not above 3); d = 1.25, 1.75
+    assert [s.fired for s in fed(rising)[2:]] == [False, True]
+    assert [s.fired for s in fed(rising, above="mean_plus_3_sigma")[2:]] == [False, False]
     assert fed([10.0, 10.0, 12.5, 13.6], above="mean_plus_3_sigma")[-1].fired
 
 
 def test_each_element_has_its_own_offset():
     other = Baseline(ppm=50.0, sigma_ppm=1.0, highest_ppm=51.0, n=5, n_effective=5.0)
     steps = fed([10.0, 50.0, 12.0, 54.0], k=2, baselines=(CLEAN, other))
-    assert steps[0] is None and steps[1] is None  # the second element is not known at first, then the window is not full
-    assert [s.smoothed_ppm for s in steps[2:]] == [0.5, 2.0]  # y = 0, 1, 3
+    assert steps[:3] == [None, None, None]  # the second element is not known, then the window is not full, then there is no y'_{t-1}
+    assert (steps[3].smoothed_ppm, steps[3].delta_ppm) == (2.0, 1.5)  # y = 0, 1, 3; y' = 0.5, 2
     assert not any(s.fired for s in fed([10.0, 50.0] * 20, baselines=(CLEAN, other)) if s)
 
 
@@ -55,7 +66,7 @@ def test_each_element_has_its_own_offset():
 def test_an_offset_of_sensor_and_baseline_changes_nothing(values, offset):
     moved = Baseline(10.0 + offset, 1.0, 11.0 + offset, 5, 5.0)
     here, there = fed(values, k=3), fed([v + offset for v in values], k=3, baselines=(moved,))
-    for a, b in zip(here[2:], there[2:], strict=True):
+    for a, b in zip(here[3:], there[3:], strict=True):
         assert a.smoothed_ppm == pytest.approx(b.smoothed_ppm, abs=1e-9)
         assert a.delta_ppm == pytest.approx(b.delta_ppm, abs=1e-9)
 

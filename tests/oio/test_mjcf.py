@@ -1,5 +1,7 @@
 """The chain is MuJoCo's, or the file is refused: never silently another arm."""
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -55,21 +57,106 @@ def test_a_file_without_a_moving_nose_is_refused(tmp_path, text):
         read_chain(written(tmp_path, text))
 
 
-ELSEWHERE = {
-    "joint with a pos": ('name="one"', 'name="one" pos="0 0 0.1"'),
-    "body with euler": ('pos="0 0.3 0"', 'pos="0 0.3 0" euler="0.3 0 0"'),
-    "limits in degrees": ('angle="radian"', 'angle="degree"'),
-    "two joints in one body": ('axis="1 0 0" range="0 1"/>', 'axis="1 0 0" range="0 1"/><joint name="three" axis="0 0 1" range="-1 1"/>'),
+def test_a_nose_on_bodies_without_joints_is_refused(tmp_path):
+    with pytest.raises(BadInput, match="has no site named 'nose' on a moving body"):
+        read_chain(written(tmp_path, '<mujoco><worldbody><body><site name="nose"/></body></worldbody></mujoco>'))
+
+
+COMPILER, ONE, TWO = '<compiler angle="radian" autolimits="true"/>', '<joint name="one" axis="0 2 0"', 'axis="1 0 0" range="0 1"/>'
+INERTIA = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+
+
+def default(joint):
+    return f"{COMPILER}<default>{joint}<default class='other'><geom size='1'/></default></default>"
+
+
+ELSEWHERE = {  # what is written, instead of what, and what is said
+    "pos of a joint": ('name="one"', 'name="one" pos="0 0 0.1"', "pos=\"0 0 0.1\" at joint 'one'.*Move the body there"),
+    "ref of a joint": ('name="one"', 'name="one" ref="0.2"', "ref=\"0.2\" at joint 'one'.*Leave ref out"),
+    "ball": (f'{ONE} range="-1 1"/>', '<joint name="one" type="ball"/>', "type=\"ball\" at joint 'one'.*a hinge or a slide"),
+    "euler": ('pos="0 0.3 0"', 'pos="0 0.3 0" euler="0.3 0 0"', "euler=\"0.3 0 0\" at body 'carrier'.*Write quat="),
+    "axisangle": ('pos="0 0.3 0"', 'axisangle="1 0 0 0.3"', "axisangle=.*at body 'carrier'.*Write quat="),
+    "xyaxes": ('pos="0 0.3 0"', 'xyaxes="0 1 0 -1 0 0"', "xyaxes=.*at body 'carrier'.*Write quat="),
+    "zaxis": ('pos="0 0.3 0"', 'zaxis="1 0 0"', "zaxis=.*at body 'carrier'.*Write quat="),
+    "degrees": (
+        'angle="radian"',
+        'angle="degree"',
+        '<compiler angle="degree">.*range="-1 1" of hinge \'one\'.*Write <compiler angle="radian"/>',
+    ),
+    "degrees unsaid": ('angle="radian" ', "", "no <compiler angle=.*in degrees"),
+    "no compiler": (COMPILER, "", "no <compiler angle=.*in degrees"),
+    "degrees at last": (COMPILER, f'{COMPILER}<compiler angle="degree"/>', '<compiler angle="degree">'),
+    "two joints in one body": (TWO, f'{TWO}<joint name="three" axis="0 0 1" range="-1 1"/>', "2 joints in body 'b'.*body of its own"),
+    "joint in a frame": (
+        f'{ONE} range="-1 1"/>',
+        f'<frame pos="0 0 1">{ONE} range="-1 1"/></frame>',
+        "in body 'a', but a joint is a <joint>",
+    ),
+    "default type": (COMPILER, default('<joint type="slide"/>'), 'type="slide" for joints in a <default>.*Write type= at one'),
+    "default axis": (
+        f"{COMPILER}|{ONE}",
+        default("<joint axis='0 1 0'/>") + '|<joint name="one"',
+        'axis="0 1 0".*<default>.*Write axis= at one',
+    ),
+    "default range": (
+        f'{COMPILER}|{ONE} range="-1 1"',
+        default("<joint range='0 1'/>") + f"|{ONE}",
+        "range=.*<default>.*Write range= at one",
+    ),
+    "default pos": (COMPILER, default('<joint pos="0 0 1"/>'), "pos=.*<default>.*Write pos= at one, two"),
+    "default of a class": (
+        COMPILER,
+        default('<default class="x"><joint type="slide"/></default>'),
+        'type="slide" for joints in a <default>',
+    ),
+    "default of the site": (COMPILER, default('<site pos="0 0 1"/>'), "a place for sites in a <default>"),
+    "fromto of the site": ('pos="0.05 0.02 0.01"', 'type="capsule" size="0.01" fromto="0 0 0 0 0 1"', "fromto= at the site 'nose'"),
 }
 
 
-@pytest.mark.xfail(strict=True, reason="read_chain takes these MJCF features for absent without saying so")
 @pytest.mark.parametrize("feature", ELSEWHERE)
-def test_what_is_not_read_is_refused(tmp_path, feature):
-    path = written(tmp_path, WRITTEN.replace(*ELSEWHERE[feature]))
-    q = [0.4] * mujoco.MjModel.from_xml_path(str(path)).njnt
-    try:
-        right = agrees(path, q)
-    except BadInput:
-        right = True
-    assert right
+def test_what_is_not_read_is_refused_with_what_to_write(tmp_path, feature):
+    old, new, said = ELSEWHERE[feature]
+    text = WRITTEN
+    for a, b in zip(old.split("|"), new.split("|"), strict=True):
+        assert a in text
+        text = text.replace(a, b)
+    path = written(tmp_path, text)
+    mujoco.MjModel.from_xml_path(str(path))  # MuJoCo takes it
+    with pytest.raises(BadInput, match=said):
+        read_chain(path)
+
+
+def test_an_include_is_refused(tmp_path):
+    (tmp_path / "more.xml").write_text("<mujoco><option timestep='0.001'/></mujoco>")
+    with pytest.raises(BadInput, match=r"has an <include>.*into the file itself"):
+        read_chain(written(tmp_path, WRITTEN.replace(COMPILER, f'{COMPILER}<include file="more.xml"/>')))
+
+
+HARMLESS = {
+    "zero pos": ('name="one"', 'name="one" pos="0 0 0" ref="0"'),
+    "default that every joint overrides": (COMPILER, default('<joint axis="0 1 0" range="0 9" damping="1"/>')),
+    "joints off the chain": (
+        '<body name="plate"', f'<body name="jaw" euler="1 0 0">{INERTIA}<joint pos="0 0 1"/><joint axis="0 1 0"/></body><body name="plate"'
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("feature", ["zero pos", "default that every joint overrides"])
+def test_what_changes_nothing_is_taken(tmp_path, feature):
+    assert agrees(written(tmp_path, WRITTEN.replace(*HARMLESS[feature])), [0.7, 0.3])
+
+
+def test_joints_off_the_chain_may_be_as_they_like(tmp_path):
+    assert read_chain(written(tmp_path, WRITTEN.replace(*HARMLESS["joints off the chain"]))).names == ("one", "two")
+
+
+def test_slides_need_no_unit_of_angles(tmp_path):
+    text = WRITTEN.replace(COMPILER, "").replace(f'{ONE} range="-1 1"/>', '<joint name="one" type="slide" axis="0 1 0" range="-1 1"/>')
+    assert agrees(written(tmp_path, text), [0.7, 0.3])
+
+
+@pytest.mark.parametrize("name", ["so101", "gantry"])
+def test_the_shipped_arms_are_read(name):
+    path = Path(__file__).resolve().parents[2] / "hardware" / "arms" / f"{name}.xml"
+    assert agrees(path, 0.5 * mujoco.MjModel.from_xml_path(str(path)).jnt_range[:, 1])

@@ -22,6 +22,8 @@ class Probe:
     place: tuple[float, float, float] | None
     sides: tuple[float, ...]
     windows: dict[int, int]
+    tilts: dict[str, float]
+    corners: tuple[tuple[float, float], ...]
     on: bool
 
     def check(self) -> None:
@@ -30,6 +32,7 @@ class Probe:
 
 
 GOOD = {"gain": 1.5, "count": 2, "name": "x", "place": (0.0, 1.0, 2.0), "sides": (1.0,), "windows": {1: 3}, "on": True}
+GOOD |= {"tilts": {"x": 0.5}, "corners": ((0.0, 1.0),)}
 
 
 def probe(**changes):
@@ -77,10 +80,17 @@ def test_what_does_not_fit_is_refused_by_name(changes, said):
         probe(**changes)
 
 
-@pytest.mark.xfail(strict=True, reason="only bare floats are checked to be finite, not those inside tuples")
-@pytest.mark.parametrize("changes", [{"place": (0.0, float("nan"), 1.0)}, {"sides": (1.0, float("inf"))}])
-def test_a_number_inside_a_tuple_is_finite_too(changes):
-    with pytest.raises(BadInput, match="finite"):
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"place": (0.0, float("nan"), 1.0)}, r"Probe\.place\[1\] is nan, but a finite number is needed"),
+        ({"sides": [1.0, float("inf")]}, r"Probe\.sides\[1\] is inf, but a finite number is needed"),
+        ({"tilts": {"x": -float("inf")}}, r"Probe\.tilts\[x\] is -inf, but a finite number is needed"),
+        ({"corners": ((0.0, 1.0), (2.0, float("nan")))}, r"Probe\.corners\[1\]\[1\] is nan, but a finite number is needed"),
+    ],
+)
+def test_a_number_inside_a_tuple_or_dict_is_finite_too(changes, said):
+    with pytest.raises(BadInput, match=said):
         probe(**changes)
 
 

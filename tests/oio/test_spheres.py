@@ -23,10 +23,26 @@ def test_the_circle_lies_on_both_spheres(s, a, b):
     assert np.linalg.norm(s - ring.centre) == pytest.approx(ring.radius, abs=1e-4)
 
 
-@pytest.mark.xfail(strict=True, reason="rounding makes the squared height of spheres that touch negative: 'miss each other by 0.0 mm'")
 def test_spheres_that_touch_meet_in_a_point():
     a, b = np.full(3, 0.25), np.array([0.0, 0.25, 0.0])
     assert circle(a, float(np.linalg.norm(b - a)), b, 0.0).radius == pytest.approx(0.0, abs=1e-6)
+
+
+@given(points, points, st.floats(-1.0, 2.0), st.floats(1e-6, 1e6))
+def test_spheres_that_touch_from_inside_or_outside_meet_in_a_point(a, b, share, scale):
+    """The point at `share` of the way from a to b is on both: outside each other between 0 and 1, else one inside the other."""
+    a, b = scale * a, scale * b
+    d = float(np.linalg.norm(b - a))
+    assume(d > 1e-3 * scale and d > 1e-9)
+    ring = circle(a, abs(share) * d, b, abs(1.0 - share) * d)
+    assert ring.radius < 1e-6 * scale
+    np.testing.assert_allclose(ring.centre, a + share * (b - a), atol=1e-6 * scale)
+
+
+@pytest.mark.parametrize("r2", [0.5 - 1e-7, 1.5 + 1e-7])
+def test_a_gap_that_is_no_rounding_is_refused_with_its_size(r2):
+    with pytest.raises(NotObservable, match=r"miss each other by 0\.0001 mm"):
+        circle(np.zeros(3), 0.5, np.array([1.0, 0.0, 0.0]), r2)
 
 
 def test_circle_by_hand():
@@ -38,7 +54,7 @@ def test_circle_by_hand():
 
 @pytest.mark.parametrize(
     ("apart", "radius", "said"),
-    [(0.0, 0.1, "the same centre"), (0.3, 0.1, "miss each other by 100.0 mm"), (0.05, 0.3, "miss each other by 150.0 mm")],
+    [(0.0, 0.1, "the same centre"), (0.3, 0.1, "miss each other by 100 mm"), (0.05, 0.3, "miss each other by 150 mm")],
 )
 def test_spheres_that_do_not_meet_are_refused(apart, radius, said):
     with pytest.raises(NotObservable, match=said):

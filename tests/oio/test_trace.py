@@ -95,3 +95,9 @@ def test_between_and_without_part_the_readings():
     np.testing.assert_array_equal(outer.t_s, sniffs.t_s)  # the lag goes through the whole path
     np.testing.assert_allclose(outer.t_s[outer.at], outer.reading_t_s)
     assert not np.any((outer.reading_t_s >= 0.5) & (outer.reading_t_s <= 1.2))
+
+
+@pytest.mark.parametrize("span", [(0.5, 0.5), (1.2, 0.5), (50.0, np.inf)])
+def test_a_span_without_readings_is_refused_in_words(span):
+    with pytest.raises(NotObservable, match=rf"no reading from {span[0]:.3f} to {span[1]:.3f} s; sniff longer"):
+        filled().frozen().between(*span)
