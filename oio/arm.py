@@ -159,6 +159,11 @@ class Arm:
             q = np.clip(q + np.clip(step, -0.3, 0.3), self.low_rad, self.high_rad)
         return None
 
+    def free(self, q_from: Array, q_to: Array) -> bool:
+        """Whether the nose stays in its box all the way (a straight line in joint space)."""
+        p = self.nose(q_from + np.linspace(0.0, 1.0, 12)[1:, None] * (q_to - q_from))
+        return bool(np.all(p >= self.box_low_m) and np.all(p <= self.box_high_m))
+
     def clearance_m(self, q_from: Array, q_to: Array, p_m: Array) -> float:
         """How near the nose comes to p_m (3,) on its way (a straight line in joint space) after the first quarter of it [m]."""
         way = q_from + np.linspace(0.25, 1.0, 10)[:, None] * (q_to - q_from)

@@ -56,9 +56,9 @@ def believed_places(view: View) -> list[Array]:
 
 
 def keeps_off(view: View, q: Array) -> bool:
-    """Whether the nose stays near_m away from where the source is believed to be, on the way there as well."""
+    """Whether the nose stays near_m away from where the source is believed to be, and in its box, on the way there as well."""
     here = view.moves[-1].q if view.moves else view.arm.home
-    return view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.near_m
+    return view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.near_m and view.arm.free(here, q)
 
 
 def information(view: View, candidates: Array) -> Array:

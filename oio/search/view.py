@@ -37,9 +37,10 @@ def spread_out(view: View, rng: np.random.Generator, tries: int = 64) -> Array:
 
     A maximin design (Johnson, Moore, Ylvisaker 1990) that pays for its travel.
     """
-    candidates = np.array([view.arm.random_pose(rng) for _ in range(tries)])
+    here = view.moves[-1].q if view.moves else view.arm.home
+    poses = [view.arm.random_pose(rng) for _ in range(tries)]
+    candidates = np.array([q for q in poses if view.arm.free(here, q)] or poses)
     seen = view.arm.nose(np.array([view.arm.home, *(move.q for move in view.moves)]))
     distance = np.linalg.norm(view.arm.nose(candidates)[:, None, :] - seen[None, :, :], axis=2).min(axis=1)
-    here = view.moves[-1].q if view.moves else view.arm.home
     cost_s = np.array([view.arm.duration_s(here, q) + view.dwell_s for q in candidates])
     return np.asarray(candidates[int(np.argmax(distance / cost_s))])
