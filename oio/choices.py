@@ -1,5 +1,6 @@
 """`--help`: every choice of conf/ with the sentence that heads its YAML, and every top-level key with its comment."""
 
+import re
 from pathlib import Path
 
 from rich.console import Console
@@ -40,10 +41,15 @@ def show_help(conf: Path) -> None:
 
 
 def choices(conf: Path, group: str) -> list[tuple[str, str]]:
-    """Names of a group with the first comment line of each YAML."""
+    """Names of a group with the sentence that heads each YAML."""
     return [(path.stem, _first_comment(path)) for path in sorted((conf / group).glob("*.yaml"))]
 
 
 def _first_comment(path: Path) -> str:
-    first = path.read_text(encoding="utf-8").split("\n", 1)[0]
-    return first.lstrip("# ") if first.startswith("#") else ""
+    """The first sentence of the comment that heads a YAML."""
+    text = ""
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            break
+        text = f"{text} {line.lstrip('# ')}".strip()
+    return re.split(r"(?<=[a-z)\d])\.\s", f"{text} ", maxsplit=1)[0].rstrip(". ") + "."

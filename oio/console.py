@@ -122,14 +122,15 @@ def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
         table.add_column(head, justify="left" if head in ("job", "sensor", "air", "state") else "right")
     for row in rows:
         s = row["summary"]
-        if s is None or s["calibrated"] is None:
+        if s is None:
             table.add_row(row["job"], *[""] * 4, row["state"], *[""] * 6)
             continue
         cold, calibrated = (_missed(s[key]) for key in ("cold", "calibrated"))
-        inside = {True: "yes", False: "no", None: "-"}[s["calibrated"]["inside_95"]]
+        inside = {True: "yes", False: "no", None: "-"}[s["calibrated"]["inside_95"] if s["calibrated"] else None]
+        calibration = s["calibration"] or {"time_s": None, "u_a_ppm": None}
         table.add_row(
             row["job"], s["sensor"], str(s["dof"]), s["air"], str(s["seed"]), row["state"], cold, calibrated, inside,
-            number(s["calibration"]["time_s"], 1.0, 0), number(s["calibration"]["u_a_ppm"], 1.0, 2), number(s["wall_s"], 1.0),
+            number(calibration["time_s"], 1.0, 0), number(calibration["u_a_ppm"], 1.0, 2), number(s["wall_s"], 1.0),
         )  # fmt: skip
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(table)
@@ -138,7 +139,9 @@ def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
             console.print(f"job {row['job']}: {row['error']}", markup=False, soft_wrap=True)
 
 
-def _missed(outcome: Mapping[str, Any]) -> str:
+def _missed(outcome: Mapping[str, Any] | None) -> str:
+    if outcome is None:
+        return "-"
     if outcome.get("bearing_error_deg") is not None:
         return f"{outcome['bearing_error_deg']:.1f} deg"
     return number(outcome["source_error_m"])

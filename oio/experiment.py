@@ -18,7 +18,7 @@ from oio.console import StageLines
 from oio.errors import BadInput, OioError
 from oio.log import RunLog
 from oio.pipeline import check_order, run_stages
-from oio.protocols import Backend, Sensor, Stage
+from oio.protocols import Backend, Sensor, Stage, World
 from oio.summary import Evaluation, summary, to_json
 
 PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
@@ -57,28 +57,29 @@ def execute(experiment: Experiment, out: Path) -> dict[str, Any]:
     A failure leaves its traceback in status.json and is raised again. A directory with a status.json is never written to.
     """
     check_order(experiment.stages)
-    _claim(out)
+    _refuse_used(out)
     began = time.monotonic()
-    (out / "config.yaml").write_text(experiment.config_yaml, encoding="utf-8")
-    try:
-        results = _stages(experiment, out)
-        document = _summary(experiment, results, time.monotonic() - began)
-    except KeyboardInterrupt:
-        _status(out, "interrupted", "stopped by the person or the system; run.mcap.part can be read, see python -m oio.recover")
-        raise
-    except BaseException as error:
-        known = isinstance(error, OioError)
-        _status(out, "failed", str(error) if known else repr(error), traceback.format_exc())
-        raise
+    with experiment.backend.open() as world:  # what the world refuses leaves nothing behind
+        _claim(out)
+        (out / "config.yaml").write_text(experiment.config_yaml, encoding="utf-8")
+        try:
+            document = _summary(experiment, _stages(experiment, world, out), time.monotonic() - began)
+        except KeyboardInterrupt:
+            _status(out, "interrupted", "stopped by the person or the system; run.mcap.part can be read, see python -m oio.recover")
+            raise
+        except BaseException as error:
+            known = isinstance(error, OioError)
+            _status(out, "failed", str(error) if known else repr(error), traceback.format_exc())
+            raise
     (out / "summary.json").write_text(to_json(document), encoding="utf-8")
     _status(out, "done", None)
     return document
 
 
-def _stages(experiment: Experiment, out: Path) -> dict[type, object]:
+def _stages(experiment: Experiment, world: World, out: Path) -> dict[type, object]:
     arm, lines = experiment.arm, StageLines()
     attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": arm.path.read_bytes()}
-    with experiment.backend.open() as world, RunLog.create(
+    with RunLog.create(
         out / "run.mcap", sensor=experiment.sensor.name, joints=arm.names, metadata=experiment.about(), attachments=attachments
     ) as log, lines:  # fmt: skip
         log.watchers.append(lines)
@@ -92,13 +93,19 @@ def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: flo
     return summary(experiment.identity, calibration, found, wall_s)
 
 
+def _refuse_used(out: Path) -> None:
+    if (out / "status.json").exists():
+        raise BadInput(f"{out} already holds a run (status.json). Give another directory, e.g. hydra.run.dir={out}_2.")
+
+
 def _claim(out: Path) -> None:
+    """Of two runs that start at once only one gets the directory."""
     out.mkdir(parents=True, exist_ok=True)
     try:
         with (out / "status.json").open("x", encoding="utf-8") as file:
             file.write(to_json({"state": "running", "error": None, "traceback": None}))
     except FileExistsError:
-        raise BadInput(f"{out} already holds a run (status.json). Give another directory, e.g. hydra.run.dir={out}_2.") from None
+        _refuse_used(out)
 
 
 def _status(out: Path, state: str, error: str | None, trace: str | None = None) -> None:

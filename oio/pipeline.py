@@ -47,9 +47,8 @@ class Watched:
         goal = self._arm.checked(q_rad)
         over_s = max(self._arm.duration_s(self._goal, goal), 0.1)
         self._log.write(Event(self.t_ns, "move", move_text(goal, over_s)))
-        self._world.move(goal, over_s)
         self._goal = goal
-        return over_s
+        return self._world.move(goal, over_s)
 
     def present(self, source: str) -> None:
         """Open one gas source: `none`, `beacon` or `source`."""
@@ -64,7 +63,7 @@ class Watched:
 
 def move_text(goal: Array, over_s: float) -> str:
     """How a command stands in the log; a replay compares its commands with these."""
-    return f"{over_s:.3f} s to {np.round(goal, 4).tolist()}"
+    return f"{float(over_s)!r} s to {np.round(goal, 4).tolist()}"
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,11 @@ class World(Protocol):
         """Let `for_s` seconds pass; yield what was sensed, in time order. Raises `WorldEnded` when there is no more."""
         ...
 
-    def move(self, q_rad: Array, over_s: float) -> None:
-        """Begin a smooth move of the n unlocked joints to q_rad (n,), lasting `over_s`; it happens while samples flow."""
+    def move(self, q_rad: Array, over_s: float) -> float:
+        """Begin a smooth move of the n unlocked joints to q_rad (n,), meant to last `over_s`; it happens while samples flow.
+
+        Returns the seconds it lasts: a replay's arm moves as it once did.
+        """
         ...
 
     def present(self, source: str) -> None:

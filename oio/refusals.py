@@ -9,6 +9,11 @@ from omegaconf.errors import OmegaConfBaseException
 from oio.choices import choices
 from oio.errors import BadInput, OioError
 
+# Fields of backends and stages that are filled by interpolation, and the key that they come from.
+GIVEN = {
+    name: name for name in ("arm", "sensor", "air", "beacon", "source", "seeds", "recording", "belief_map", "wander", "nominal", "stop")
+}
+GIVEN |= {"estimator": "ekf", "strategy": "search", "law": "range", "rule": "bout"}
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)
 
 
@@ -29,10 +34,13 @@ def _paragraph(error: BaseException, conf: Path) -> str:
     group = re.search(r"Could not find '(\w+)/([^']+)'", text) or re.search(r"[Cc]ould not (?:load|find) '?(\w+)/([\w.-]+)'?", text)
     if group:
         return _no_such_choice(group[1], group[2], conf)
-    if "Could not override 'stage'" in text:
+    if "Could not override 'stage'" in text or "Key 'stage' is not in struct" in text:
         known = ",".join(name for name, _ in choices(conf, "stage"))
         return f"stage= takes a list of at least one of {known}. Type e.g. stage=[warm_up,baseline]."
     unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
+    if unknown and (owner := _owner(unknown[1], conf)):
+        chosen = f"{unknown[1].split('.')[0]}={owner}"
+        return f"'{unknown[1]}' is a key of {chosen} only. Type {chosen} {unknown[1]}=VALUE."
     if unknown:
         return f"'{unknown[1]}' is not a key of the configuration. {_list_keys()} To add a new one on purpose: +{unknown[1]}=VALUE."
     unexpected = re.search(r"unexpected keyword argument '(\w+)'", text)
@@ -68,8 +76,26 @@ def _dangling(key: str, conf: Path) -> str:
 
 def _with_key(text: str, hydra_says: str) -> str:
     """Names the YAML key instead of the class: `Filament.wind_m_s` becomes `air.wind_m_s` when it was built for `backend.air`."""
-    where = re.search(r"full_key: (?:\S+\.)?(\w+)", hydra_says)
-    return re.sub(r"^[A-Z]\w+\.", f"{where[1]}.", text) if where else text
+    where = re.search(r"full_key: (\S+)", hydra_says)
+    return re.sub(r"^[A-Z]\w+\.", f"{_typed(where[1])}.", text) if where else text
+
+
+def _typed(full_key: str) -> str:
+    """The key as one types it: what a backend or a stage is given by interpolation stands elsewhere in the configuration."""
+    parts = full_key.split(".")
+    inner = parts[1:] if parts[0] == "backend" else parts[2:] if parts[0] == "stage" else []
+    if inner and inner[0] in GIVEN:
+        return ".".join([GIVEN[inner[0]], *inner[1:]])
+    return full_key
+
+
+def _owner(key: str, conf: Path) -> str | None:
+    """The choice of a group in whose YAML the key stands, e.g. `replay` for backend.log."""
+    group, _, rest = key.partition(".")
+    for path in sorted((conf / group).glob("*.yaml")):
+        if rest and re.search(rf"^{re.escape(rest.split('.')[0])}:", path.read_text(encoding="utf-8"), re.MULTILINE):
+            return path.stem
+    return None
 
 
 def _where(text: str) -> str:

@@ -42,10 +42,8 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         raise BadInput(f"{missing[0]} has no value. Type {missing[0]}=VALUE.")
     if cfg.assembly not in ASSEMBLIES:
         raise BadInput(f"assembly={cfg.assembly} was given, but assembly can be {' or '.join(ASSEMBLIES)}. Type e.g. assembly=gum.")
-    for key in ("dof", "seed"):
-        if not isinstance(cfg[key], int) or isinstance(cfg[key], bool) or cfg[key] < 0:
-            example = 5 if key == "dof" else 0
-            raise BadInput(f"{key}={cfg[key]} was given, but {key} is a whole number, 0 or more. Type e.g. {key}={example}.")
+    _whole("dof", cfg.dof, f"a rung of the ladder: {', '.join(map(str, cfg.arm.ladder))}", str(cfg.arm.ladder[-1]))
+    _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
     names = {key: choices[key] for key in ("backend", "air", "ekf")}
     plain = {key: cfg[key] for key in ("dof", "assembly", "seed")}
     identity = {"sensor": cfg.sensor.name, "profile": cfg.profile.name, **plain, **names}
@@ -59,6 +57,12 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment
+
+
+def _whole(key: str, value: object, allowed: str, example: str) -> None:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        given = "null" if value is None else value
+        raise BadInput(f"{key}={given} was given, but {key} is {allowed}. Type e.g. {key}={example}.")
 
 
 def job(cfg: DictConfig) -> dict[str, Any]:

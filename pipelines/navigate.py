@@ -8,6 +8,7 @@ from oio.arm import Arm
 from oio.beliefs import BeliefMap
 from oio.bouts import BoutDetector, BoutRule
 from oio.calibration import Calibration, Navigation
+from oio.errors import WorldEnded
 from oio.odometry import Odometry
 from oio.pipeline import Context, sniff
 from oio.protocols import Estimator, Sensor, Strategy
@@ -58,7 +59,10 @@ class Navigate:
         detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
         declared = False
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
-            moves.append(self._move(context, odometry, detector, tuple(moves)))
+            try:
+                moves.append(self._move(context, odometry, detector, tuple(moves)))
+            except WorldEnded:
+                break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
             if self._map_due(odometry, len(moves)) or self.stop.holds(odometry, tuple(moves)):

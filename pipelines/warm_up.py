@@ -55,10 +55,10 @@ class WarmUp:
     def _complaint(self, waited_s: float, window: Window) -> str:
         if min(len(w) for w in window) < self.readings:
             got = min(len(w) for w in window)
-            return f"only {got} readings per element came in {waited_s:.0f} s, {self.readings} are needed; raise stage.warm_up.max_s."
+            return f"only {got} readings per element came in {waited_s:.3g} s, {self.readings} are needed; raise stage.warm_up.max_s."
         slope = max((_slope_ppm_per_min(w)[0] for w in window), key=abs)
         return (
-            f"sensor '{self.sensor.name}' still drifts by {slope:+.2f} ppm/min after {waited_s:.0f} s; "
+            f"sensor '{self.sensor.name}' still drifts by {slope:+.2f} ppm/min after {waited_s:.3g} s; "
             f"{self.sensor.settled_ppm_per_min:g} ppm/min is allowed. Leave it on longer, or raise stage.warm_up.max_s."
         )
 

@@ -133,15 +133,7 @@ def test_help_lists_every_choice_with_its_words(helped, group, name, text):
     assert text and " ".join(text.split()) in " ".join(" ".join(lines).split())
 
 
-CUT_OFF = {("profile", "datasheet"), ("profile", "paper"), ("recording", "orebro3dsen")}
-
-
-def maybe_cut(group, name):
-    marks = [pytest.mark.xfail(strict=True, reason="choices._first_comment takes one line, and the sentence goes on in the next")]
-    return pytest.param(group, name, marks=marks if (group, name) in CUT_OFF else [])
-
-
-@pytest.mark.parametrize(("group", "name"), [maybe_cut(group, name) for group, name, _ in CHOICES])
+@pytest.mark.parametrize(("group", "name"), [(group, name) for group, name, _ in CHOICES])
 def test_help_says_whole_sentences(group, name):
     assert dict(choices(CONF, group))[name].endswith(".")
 

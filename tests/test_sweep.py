@@ -80,9 +80,6 @@ def test_one_table_over_all_jobs(good):
     assert "\x1b" not in done.stdout
 
 
-@pytest.mark.xfail(
-    strict=True, reason="show_sweep leaves sensor, dof, air and seed of a job without `evaluate` blank, though its summary has them"
-)
 def test_the_table_says_what_each_job_was(good):
     line = next(line for line in good[0].stdout.splitlines() if "3_pa_5dof_seed1" in line)
     assert [cell.strip() for cell in line.strip("│").split("│")][1:5] == ["pa", "5", "still", "1"]

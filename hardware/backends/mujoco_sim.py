@@ -122,13 +122,14 @@ class Bench:
         """Nanoseconds since the world opened."""
         return self._ticks * nanoseconds(self._sim.joint_period_s)
 
-    def move(self, q_rad: Array, over_s: float) -> None:
+    def move(self, q_rad: Array, over_s: float) -> float:
         """Begin a minimum-jerk move from where the set-point is now; raises BadInput for a goal of another length or not finite."""
         goal, n = np.array(q_rad, dtype=float), self._sim.arm.dof
         if goal.shape != (n,) or not np.all(np.isfinite(goal)):
             raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
         self._from, self._goal = self._set_point(), goal
         self._began_s, self._over_s = seconds(self.t_ns), over_s
+        return over_s
 
     def present(self, source: str) -> None:
         """Swap the source; the air of the old one is gone, the new plume stands."""

@@ -63,9 +63,10 @@ class Playback:
         self._source = source
         self._reel.resume(self._t_ns)
 
-    def move(self, q_rad: Array, over_s: float) -> None:
+    def move(self, q_rad: Array, over_s: float) -> float:
         """Read the nearest recorded place from now on: nothing travels, so `over_s` is only time that passes."""
         self._nose.move(q_rad)
+        return over_s
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
         """Play `for_s` seconds: truth, joints and gas at every row. Raises WorldEnded after the last row of the part."""

@@ -50,9 +50,13 @@ class Played:
         """Nanoseconds since the logged world opened."""
         return self._t_ns
 
-    def move(self, q_rad: Array, over_s: float) -> None:
-        """Nothing moves: the joints are those of the log. If the log has another command here, an Event will say so."""
-        self._compare("move", move_text(q_rad, over_s))
+    def move(self, q_rad: Array, over_s: float) -> float:
+        """Nothing moves: the joints are those of the log. If the log has another command here, an Event will say so.
+
+        Returns how long the logged move lasted, so that a filter that asks for other moves stays in step with the log.
+        """
+        logged = self._compare("move", move_text(q_rad, over_s))
+        return over_s if logged is None else float(logged.split(" ", 1)[0])
 
     def present(self, source: str) -> None:
         """Nothing opens; compared with the log as `move` is. Raises BadInput for what no world has."""
@@ -87,11 +91,12 @@ class Played:
             )
         self._t_ns = max(self._t_ns, self._tape.next_ns(self._end_ns)) if as_logged else until_ns
 
-    def _compare(self, kind: str, text: str) -> None:
+    def _compare(self, kind: str, text: str) -> str | None:
         commands = self._tape.commands
         logged = commands.popleft() if commands and commands[0].kind == kind else None
         if logged is None or logged.text != text:
             self._differ(f"'{kind} {text}' was asked for where the log has {f'{kind} {logged.text}' if logged else 'nothing'!r}")
+        return logged.text if logged else None
 
     def _pass_over_commands(self) -> None:
         while self._tape.commands:

@@ -14,7 +14,7 @@ from hardware.backends.replay import Played, Replay
 from oio.arm import Arm
 from oio.errors import BadInput, WorldEnded
 from oio.log import RunLog, read_samples
-from oio.pipeline import Watched
+from oio.pipeline import Watched, move_text
 from oio.protocols import Backend
 from oio.records import SECOND_NS, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
 from oio.testing import check_backend
@@ -86,7 +86,7 @@ class Spoken:
         self.seen.append([self._world.t_ns, *group])
 
     def move(self, q: float, over_s: float) -> None:
-        self._log.write(Event(self._world.t_ns, "move", f"{over_s:.3f} s to {[round(q, 4)]}"))
+        self._log.write(Event(self._world.t_ns, "move", move_text(np.array([q]), over_s)))
         self._world.move(np.array([q]), over_s)
 
     def present(self, source: str) -> None:
@@ -181,7 +181,7 @@ def logged(path: Path, marks: bool = True) -> Path:
     """One second, a move, one second; then over."""
     world = Ticking()
     with create(path) as log:
-        for begins in ("present none", "move 1.000 s to [0.5]"):
+        for begins in ("present none", "move 1.0 s to [0.5]"):
             log.write(Event(world.t_ns, *begins.split(" ", 1)))
             if marks:
                 log.write(Event(world.t_ns, "span", "1.0"))
@@ -227,7 +227,7 @@ def test_another_command_is_said_once(tmp_path: Path) -> None:
         (
             SECOND_NS,
             "replay",
-            "'move 1.000 s to [0.25]' was asked for where the log has 'move 1.000 s to [0.5]': "
+            "'move 1.0 s to [0.25]' was asked for where the log has 'move 1.0 s to [0.5]': "
             "from here on the samples are those of the logged path, not of the path asked for",
         )
     ]

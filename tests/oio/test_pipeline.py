@@ -131,6 +131,7 @@ class World:
 
     def move(self, q_rad, over_s):
         self.journal.append(("moved", q_rad, over_s))
+        return over_s
 
     def present(self, source):
         self.journal.append(("presented", source))
