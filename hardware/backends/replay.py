@@ -84,7 +84,9 @@ class Played:
 
     def _end_span(self, until_ns: int, as_logged: bool) -> None:
         # A world that counts whole ticks stops short of `until_ns`; the log is over only if a further tick would have fit in.
-        if self._tape.head is None and self._end_ns + self._gap_ns <= until_ns:
+        # Before a first tick nothing is known of ticks; then the log's own mark is to be believed.
+        unknown = as_logged and self._last_ns == 0
+        if self._tape.head is None and not unknown and self._end_ns + self._gap_ns <= until_ns:
             raise WorldEnded(
                 f"backend.log={self._name} ends at {seconds(self._end_ns):.3f} s, but samples until {seconds(until_ns):.3f} s are needed. "
                 f"Replay the stages that it was made with, or shorten them."
