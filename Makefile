@@ -27,10 +27,10 @@ lint: venv  ## style, types, import contracts
 	.venv/bin/lint-imports
 
 test: lint  ## lint, types, contracts and the tests
-	$(PY) -m pytest -n 2
+	$(PY) -m pytest -n 2 --dist loadfile
 
 test-all: lint  ## the same with the slow tests
-	$(PY) -m pytest -n 2 -m ''
+	$(PY) -m pytest -n 2 --dist loadfile -m ''
 
 lock: venv  ## make both lock files anew from pyproject.toml
 	$(PY) -m pip install --quiet uv

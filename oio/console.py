@@ -10,6 +10,8 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from oio.groups import show_groups
+
 OUTCOMES = {
     "cold": "cold start",
     "calibrated": "calibrated",
@@ -134,6 +136,7 @@ def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
         )  # fmt: skip
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(table)
+    show_groups([row["summary"] for row in rows if row["summary"]], console)
     for row in rows:
         if row["error"]:
             console.print(f"job {row['job']}: {row['error']}", markup=False, soft_wrap=True)
