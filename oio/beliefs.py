@@ -53,8 +53,9 @@ class BeliefMap:
         """Where hypotheses were, and the best coarse places that lie apart, each with its best strength."""
         arm, weigh = known.model.arm, known.model.fluctuation
         places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
+        left = without_source(problem, problem.mean)
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
-        tried = sorted((with_strength(problem, theta, weigh.gamma) for theta in begun), key=lambda pair: pair[0])
+        tried = sorted((with_strength(problem, theta, weigh.gamma, left) for theta in begun), key=lambda pair: pair[0])
         starts = [fit.mean for fit in before]
         for _, theta in tried:
             if len(starts) >= self.starts + len(before):
@@ -74,16 +75,19 @@ def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
     return Problem(sniffs, m.arm, m.law, m.elements, m.rise_s / factor, m.fall_s / factor, mean, cov)
 
 
-def with_strength(problem: Problem, start: Array, gamma: float) -> tuple[float, Array]:
-    """theta (P,) with the ln strength of least squares, and the sum of squares.
-
-    What is left of the lag's beginning does not scale with the strength; the rest does, but for which of rise and fall holds when, so
-    the factor is found twice.
-    """
-    theta, sn = np.array(start), problem.sniffs
+def without_source(problem: Problem, start: Array) -> Array:
+    """What is left in the readings (m,) ppm of the lag's beginning if there is no source at all."""
     nothing = np.array(start)
     nothing[3] = NO_SOURCE
-    left = problem.expect(nothing)
+    return problem.expect(nothing)
+
+
+def with_strength(problem: Problem, start: Array, gamma: float, left: Array) -> tuple[float, Array]:
+    """theta (P,) with the ln strength of least squares, and the sum of squares; `left` (m,) is what does not scale with the strength.
+
+    The rest does scale, but for which of rise and fall holds when, so the factor is found twice.
+    """
+    theta, sn = np.array(start), problem.sniffs
     z = problem.residual(theta, left)
     weight = 1.0 / (sn.sigma_ppm**2 + (gamma * z) ** 2)
     for _ in range(2):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from oio.beliefs import problem_of, with_strength
+from oio.beliefs import problem_of, with_strength, without_source
 from oio.fluctuation import whiten
 from oio.knowledge import Knowledge
 from oio.records import Array
@@ -29,4 +29,5 @@ def at_truth(sniffs: Sniffs, known: Knowledge, theta: Array, source_m: Array) ->
     """theta with the source at its true place (3,) m and the strength that fits best there: where the bound is evaluated."""
     start = np.array(theta)
     start[:3] = source_m
-    return with_strength(problem_of(sniffs, known), start, known.model.fluctuation.gamma)[1]
+    problem = problem_of(sniffs, known)
+    return with_strength(problem, start, known.model.fluctuation.gamma, without_source(problem, start))[1]

@@ -134,7 +134,8 @@ class Model:
         jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, to, keep
         q = np.diag(self.process_noise(dt_s))
-        q[: 3 * n, : 3 * n] += np.kron(self._wandering_drift(dt_s), np.eye(n))
+        if self.wander.drift_deg_s2_sqrt_s > 0.0:
+            q[: 3 * n, : 3 * n] += np.kron(self._wandering_drift(dt_s), np.eye(n))
         q[i, i], q[i, m], q[m, i], q[m, m] = step[3], step[4], step[4], step[5]
         return new, jacobian, q
 

@@ -21,24 +21,25 @@ class WarmUp:
 
     needs: ClassVar[tuple[type, ...]] = ()
     sensor: Sensor
-    readings: int  # per element in the window
+    window_s: float  # a line is fitted to the last so many seconds ...
+    readings: int  # ... and to so many readings of each element at least
     max_s: float  # then the stage gives up
 
     def check(self) -> None:
         """Refuse windows too short for a line with an error."""
-        in_range(self, readings=(4, 10_000), max_s=(0.1, 1e6))
+        in_range(self, window_s=(0.0, 1e5), readings=(4, 10_000), max_s=(0.1, 1e6))
 
     def run(self, context: Context) -> Settled:
         """Returns the slopes at the end; raises NotSettled with the measured slope after max_s."""
         context.world.present("none")
-        began, window = context.world.t_ns, [deque[GasReading](maxlen=self.readings) for _ in range(self.sensor.elements)]
+        began, window = context.world.t_ns, [deque[GasReading](maxlen=self._needed) for _ in range(self.sensor.elements)]
         while (waited := seconds(context.world.t_ns - began)) < self.max_s:
             for sample in context.world.samples(self.sensor.sample_s * self.sensor.elements):
                 if isinstance(sample, GasSample):
                     reading = self.sensor.reading(sample)
                     context.log.reading(reading)
                     window[reading.element].append(reading)
-            if min(len(w) for w in window) == self.readings:
+            if min(len(w) for w in window) == self._needed:
                 slopes = [_slope_ppm_per_min(w) for w in window]
                 worst = max(slopes, key=lambda pair: abs(pair[0]))
                 context.log.progress(context.world.t_ns, "slope to vanish", f"{worst[0]:+.2f} +- {worst[1]:.2f} ppm/min")
@@ -46,16 +47,21 @@ class WarmUp:
                     return self._settled(window, slopes, seconds(context.world.t_ns - began))
         raise NotSettled(self._complaint(waited, window))
 
+    @property
+    def _needed(self) -> int:
+        """Readings of each element in the window."""
+        return max(self.readings, round(self.window_s / (self.sensor.sample_s * self.sensor.elements)))
+
     def _settled(self, window: Window, slopes: list[tuple[float, float]], waited_s: float) -> Settled:
         ratio = [_variance_about_line(w) / w[-1].sigma_ppm ** 2 for w in window]
         return Settled(
-            waited_s, tuple(s for s, _ in slopes), tuple(u for _, u in slopes), float(np.mean(ratio)), self.readings * len(window)
+            waited_s, tuple(s for s, _ in slopes), tuple(u for _, u in slopes), float(np.mean(ratio)), self._needed * len(window)
         )
 
     def _complaint(self, waited_s: float, window: Window) -> str:
-        if min(len(w) for w in window) < self.readings:
+        if min(len(w) for w in window) < self._needed:
             got = min(len(w) for w in window)
-            return f"only {got} readings per element came in {waited_s:.3g} s, {self.readings} are needed; raise stage.warm_up.max_s."
+            return f"only {got} readings per element came in {waited_s:.3g} s, {self._needed} are needed; raise stage.warm_up.max_s."
         slope = max((_slope_ppm_per_min(w)[0] for w in window), key=abs)
         return (
             f"sensor '{self.sensor.name}' still drifts by {slope:+.2f} ppm/min after {waited_s:.3g} s; "

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from oio.batch import Fit
-from oio.beliefs import problem_of, spheres_of, with_strength
+from oio.beliefs import problem_of, spheres_of, with_strength, without_source
 
 
 def far(fit, source):
@@ -47,11 +47,12 @@ def test_strength_is_that_of_least_squares(lab):
     problem = problem_of(made.problem(theta, quiet=True).sniffs, made.known)
     start = np.array(theta)
     start[3] = 0.0
-    cost, found = with_strength(problem, start, 0.3)
+    left = without_source(problem, start)
+    cost, found = with_strength(problem, start, 0.3, left)
     assert found[3] == pytest.approx(theta[3], abs=0.05)  # rise and fall hold at other times while the strength is wrong
     np.testing.assert_array_equal(np.delete(found, 3), np.delete(theta, 3))
     elsewhere = start + np.array([0.1, 0.0, 0.0, *[0.0] * (len(start) - 3)])
-    assert 10 * cost < with_strength(problem, elsewhere, 0.3)[0]
+    assert 10 * cost < with_strength(problem, elsewhere, 0.3, left)[0]
 
 
 def test_spheres_have_the_radii_of_the_law(lab):
