@@ -55,7 +55,9 @@ class BeliefMap:
         places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
         left = without_source(problem, problem.mean)
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
-        tried = sorted((with_strength(problem, theta, weigh.gamma, left) for theta in begun), key=lambda pair: pair[0])
+        roughly = sorted((with_strength(problem, theta, weigh.gamma, left, 1) for theta in begun), key=lambda pair: pair[0])
+        best = roughly[: 4 * self.starts]
+        tried = sorted((with_strength(problem, theta, weigh.gamma, left, 1) for _, theta in best), key=lambda pair: pair[0])
         starts = [fit.mean for fit in before]
         for _, theta in tried:
             if len(starts) >= self.starts + len(before):
@@ -82,15 +84,15 @@ def without_source(problem: Problem, start: Array) -> Array:
     return problem.expect(nothing)
 
 
-def with_strength(problem: Problem, start: Array, gamma: float, left: Array) -> tuple[float, Array]:
+def with_strength(problem: Problem, start: Array, gamma: float, left: Array, rounds: int = 2) -> tuple[float, Array]:
     """theta (P,) with the ln strength of least squares, and the sum of squares; `left` (m,) is what does not scale with the strength.
 
-    The rest does scale, but for which of rise and fall holds when, so the factor is found twice.
+    The rest does scale, but for which of rise and fall holds when, so the factor is found in `rounds`.
     """
     theta, sn = np.array(start), problem.sniffs
     z = problem.residual(theta, left)
     weight = 1.0 / (sn.sigma_ppm**2 + (gamma * z) ** 2)
-    for _ in range(2):
+    for _ in range(rounds):
         h = problem.expect(theta) - left
         factor = max(float(weight @ (h * z)) / max(float(weight @ (h * h)), 1e-300), 1e-6)
         theta[3] += np.log(factor)

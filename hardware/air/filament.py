@@ -119,7 +119,10 @@ def _density(position: Array, age: Array, count: int, p: Array, start: float, gr
     total = 0.0
     for i in range(count):
         variance = start + growth * age[i]
-        d = (position[i, 0] - p[0]) ** 2 + (position[i, 1] - p[1]) ** 2 + (position[i, 2] - p[2]) ** 2
+        x = position[i, 0] - p[0]
+        if x * x >= 25.0 * variance:
+            continue
+        d = x * x + (position[i, 1] - p[1]) ** 2 + (position[i, 2] - p[2]) ** 2
         if d < 25.0 * variance:  # beyond five sigma a puff adds less than 4e-6 of its peak
             total += np.exp(-0.5 * d / variance) / (2.0 * np.pi * variance) ** 1.5
     return total
