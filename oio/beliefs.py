@@ -1,10 +1,10 @@
 """The belief map: where the source may be, given a trace of readings. All distinct minima of the fit stay as hypotheses."""
 
 import numpy as np
-from scipy.stats import qmc
 
 from oio.arm import Arm
 from oio.batch import Fit, solve
+from oio.halton import halton
 from oio.knowledge import Knowledge, around
 from oio.problem import Problem
 from oio.ranging import RangeLaw, Rssi
@@ -52,7 +52,8 @@ class BeliefMap:
     def _starts(self, problem: Problem, known: Knowledge, before: tuple[Fit, ...]) -> list[Array]:
         """Where hypotheses were, and the best coarse places that lie apart, each with its best strength."""
         arm, weigh = known.model.arm, known.model.fluctuation
-        places = qmc.scale(qmc.Halton(3, scramble=False).random(self.coarse), arm.box_low_m, arm.box_high_m)
+        low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
+        places = low + halton(self.coarse) * (high - low)
         left = without_source(problem, problem.mean)
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
         roughly = sorted((with_strength(problem, theta, weigh.gamma, left, 1) for theta in begun), key=lambda pair: pair[0])

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from oio.arm import Arm
 from oio.records import Array
@@ -23,7 +23,7 @@ class SourceScore:
     @property
     def inside_95(self) -> bool:
         """Whether the truth lies in the 95 % region."""
-        return bool(self.nees <= chi2.ppf(COVERAGE, self.dimension))
+        return bool(self.nees <= chdtri(self.dimension, 1.0 - COVERAGE))
 
 
 def nees(error: Array, cov: Array) -> float:
