@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from oio import stopping
 from oio.arm import Arm
 from oio.errors import BadInput
 from oio.log import RunLog
@@ -39,6 +40,7 @@ class Watched:
         self._log.write(Event(self.t_ns, "span", repr(float(for_s))))
         for sample in self._world.samples(for_s):
             self._log.write(sample)
+            stopping.check()
             if isinstance(sample, JointState | GasSample):
                 yield sample
 

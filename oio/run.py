@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import signal
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -19,6 +18,7 @@ from hydra.types import RunMode  # noqa: E402
 from hydra.utils import instantiate  # noqa: E402
 from omegaconf import DictConfig, OmegaConf  # noqa: E402
 
+from oio import stopping  # noqa: E402
 from oio.arm import ROOT  # noqa: E402
 from oio.choices import show_help  # noqa: E402
 from oio.console import show_summary  # noqa: E402
@@ -144,10 +144,6 @@ def _refuse_strangers() -> None:
     sys.path.insert(0, str(ROOT))
 
 
-def _stop(*_: object) -> None:
-    raise KeyboardInterrupt
-
-
 def _run(arguments: list[str]) -> None:
     _refuse_strangers()
     if {"--help", "-h"} & set(arguments):
@@ -166,7 +162,7 @@ def _run(arguments: list[str]) -> None:
 
 def main() -> None:
     """The command."""
-    signal.signal(signal.SIGTERM, _stop)
+    stopping.listen()
     try:
         _run(sys.argv[1:])
     except KeyboardInterrupt:
