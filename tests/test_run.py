@@ -30,7 +30,7 @@ def begun(tmp_path):
     line = [sys.executable, "-m", "oio.run", *ENDLESS, f"hydra.run.dir={out}"]
     running = subprocess.Popen(line, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
-        _until_bytes(running, out / "run.mcap.part", 60_000)
+        _until_bytes(running, out / "run.mcap.part", 200_000)
         yield running, out
     finally:
         running.kill()
