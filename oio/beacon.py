@@ -4,6 +4,7 @@ import numpy as np
 
 from oio.arm import Arm
 from oio.batch import Fit, solve
+from oio.evidence import HELD, air_of, best, restricted
 from oio.fluctuation import Fluctuation, fitted
 from oio.knowledge import Nominal, prior
 from oio.problem import Problem
@@ -28,9 +29,22 @@ def beacon_problem(
 
 
 def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) -> Fit:
-    """Best of still air and WINDS winds by likelihood, or begun `like` a fit of much the same data; then fluctuation and answer in turn."""
+    """The fit with the air that the law names or that the evidence chooses, or begun `like` a fit of much the same data, with its air."""
+    if like is not None:
+        return _settled(restricted(problem, air_of(like)), noise_scale, like)
+    airs = tuple(HELD) if problem.law.air == "evidence" else (problem.law.air,)
+    problems = [restricted(problem, air) for air in airs]
+    return best((p, _settled(p, noise_scale, _begun(p, noise_scale))) for p in problems)
+
+
+def _begun(problem: Problem, noise_scale: float) -> Fit:
+    """Best of still air and WINDS winds by likelihood."""
     guess = Fluctuation(noise_scale, GUESS, problem.law.eddy_s)
-    fit = like or min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
+    return min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
+
+
+def _settled(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
+    """Fluctuation and answer in turn."""
     for _ in range(ROUNDS):
         expected = problem.predict(fit.mean)
         noise = fitted(problem.residual(fit.mean, expected.ppm), expected.along, noise_scale)
@@ -42,6 +56,8 @@ def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) ->
 
 def _winds(problem: Problem) -> list[Array]:
     starts = [problem.mean]
+    if problem.cov[5, 5] < problem.law.wind_per_m_u**2:  # the wind is held
+        return starts
     for angle in 2 * np.pi * np.arange(WINDS) / WINDS:
         start = np.array(problem.mean)
         start[5:7] = 1.3 * problem.law.wind_per_m_u * np.array([np.cos(angle), np.sin(angle)])

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from oio.errors import BadInput
 from oio.fluctuation import Field
 from oio.records import Array
 from oio.settings import in_range, settings
 
+AIRS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
 LAW = 9  # parameters of the law: s (3), l, n, k (3), u
 _SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
 _RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
@@ -26,6 +28,7 @@ _RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the mode
 class RangeLaw:
     """The nominal law, before anything is calibrated, and how far a real one may be from it (one sigma)."""
 
+    air: str  # which of n, k and u the calibration frees: one of AIRS
     r_ref_m: float  # distance at which l is given
     radius_m: float  # radius of the source
     ln_strength_u: float  # of l about the largest reading seen
@@ -40,7 +43,9 @@ class RangeLaw:
     eddy_s: float  # its correlation time at r_ref
 
     def check(self) -> None:
-        """Refuse senseless laws."""
+        """Refuse unknown airs and senseless laws."""
+        if self.air not in AIRS:
+            raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(AIRS[:-1])} or {AIRS[-1]}. Type range.air=all.")
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
         in_range(self, nose_u_m=(0, 1), stray=(0, 5), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))

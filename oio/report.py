@@ -4,6 +4,7 @@ import numpy as np
 import yaml
 
 from oio.calibration import BoutCalibration, Calibration, MapCalibration
+from oio.evidence import air_of
 from oio.records import Array
 
 Entry = dict[str, object]
@@ -59,6 +60,7 @@ def _range_law(found: MapCalibration) -> Entry:
     lay, mean, sd = fit.layout, fit.mean, np.sqrt(np.diag(fit.cov))
     names = zip(("wind_x", "wind_y", "wind_z"), mean[lay.wind], sd[lay.wind], strict=True)
     return {
+        "air": air_of(fit),
         "ln_strength": entry(mean[lay.strength], sd[lay.strength], "ln(ppm)", n, "A"),
         "exponent": entry(mean[lay.exponent], sd[lay.exponent], "1", n, "A"),
         **{name: entry(value, u, "1/m", n, "A") for name, value, u in names},

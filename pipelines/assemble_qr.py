@@ -4,6 +4,7 @@ from typing import ClassVar
 
 from oio.arm import Arm
 from oio.calibration import Baselines, BoutCalibration, Calibration, MapCalibration
+from oio.evidence import air_of
 from oio.knowledge import Knowledge, Nominal, calibrated, cold
 from oio.model import Wander
 from oio.pipeline import Context
@@ -45,7 +46,7 @@ class AssembleQR:
         (context.out / "calibration.yaml").write_text(text, encoding="utf-8")
         context.log.attach("calibration.yaml", text.encode())
         figure = f"u_a {calibration.u_a_ppm:.2f} ppm, u_b {1e3 * calibration.u_b_m:.1f} mm"
-        context.log.progress(context.world.t_ns, f"assembly={self.assembly}", figure)
+        context.log.progress(context.world.t_ns, f"assembly={self.assembly}, air={air_of(found.fit)}", figure)
         return calibration
 
     def _knowledge(self, found: MapCalibration, noise: Noise) -> Knowledge:
