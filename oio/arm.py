@@ -4,6 +4,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oio.errors import BadInput
 from oio.kinematics import nose_and_jacobian
@@ -97,15 +98,14 @@ class Arm:
     def nose(self, q_rad: Array) -> Array:
         """Nose position p_base_nose (..., 3) m from unlocked joints q_rad (..., n)."""
         q = self._rows(q_rad)
-        c = self._chain
-        p, _ = nose_and_jacobian(q, c.poses, c.axes, c.kinds, self._locked, c.nose_offset, False)
+        p, _ = nose_and_jacobian(q, *self.links, False)
         return p.reshape(*np.shape(q_rad)[:-1], 3)
 
     def nose_jacobian(self, q_rad: Array) -> tuple[Array, Array]:
         """p_base_nose (..., 3) m and its Jacobian dp/dq (..., 3, n) m/rad for unlocked joints q_rad (..., n)."""
         q = self._rows(q_rad)
-        c, shape = self._chain, np.shape(q_rad)[:-1]
-        p, jacobian = nose_and_jacobian(q, c.poses, c.axes, c.kinds, self._locked, c.nose_offset, True)
+        shape = np.shape(q_rad)[:-1]
+        p, jacobian = nose_and_jacobian(q, *self.links, True)
         return p.reshape(*shape, 3), jacobian.reshape(*shape, 3, self.dof)
 
     def _rows(self, q_rad: Array) -> Array:
@@ -115,8 +115,10 @@ class Arm:
         return q.reshape(-1, self.dof)
 
     @cached_property
-    def _locked(self) -> Array:
-        return np.array(self.home_rad)
+    def links(self) -> tuple[Array, Array, NDArray[np.int64], Array, Array]:
+        """What `oio.kinematics` wants besides the joints: poses, axes, kinds, locked joints, and the nose in the last frame."""
+        c = self._chain
+        return c.poses, c.axes, c.kinds, np.array(self.home_rad), c.nose_offset
 
     def inside(self, q_rad: Array) -> bool:
         """Whether the joints are within limits and the nose within its box."""

@@ -162,6 +162,14 @@ class Model:
         q[at["b"]] = (w.baseline_sigmas_sqrt_s * self.sigma_ppm) ** 2 * dt_s
         return q
 
+    @cached_property
+    def constants(self) -> tuple[Array, Array, float]:
+        """For `oio.estimators.kernels`: law, lag and fluctuation (9,); variances that walk per step and per second (2, N); the drift's."""
+        law, fl, once = self.law, self.fluctuation, self.process_noise(0.0)
+        numbers = [law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_u_m, law.stray, self.wander.still_rad_s]
+        drift = float(np.radians(self.wander.drift_deg_s2_sqrt_s)) ** 2
+        return np.array(numbers), np.array([once, self.process_noise(1.0) - once]), drift
+
     def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
         """Expected reading [ppm], its Jacobian H (N,), and R [ppm^2]: the variance of one fresh reading, or the assembly's."""
         e, i = reading.element, self.at["f"].start

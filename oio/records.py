@@ -1,6 +1,6 @@
 """The frozen values that flow. Time is int nanoseconds since the world opened; everything else is SI or ppm."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 SECOND_NS = 1_000_000_000
+_ARRAYS = (np.ndarray, list)
 
 
 def seconds(t_ns: int) -> float:
@@ -26,12 +27,12 @@ class _ReadOnlyArrays:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        for field in fields(self):  # type: ignore[arg-type]
-            value: Any = getattr(self, field.name)
-            if isinstance(value, np.ndarray | list):
+        for name in self.__dataclass_fields__:  # type: ignore[attr-defined]  # a filter makes three records per step: `fields` is slow
+            value: Any = getattr(self, name)
+            if isinstance(value, _ARRAYS):
                 array = np.array(value, dtype=np.float64)
                 array.flags.writeable = False
-                object.__setattr__(self, field.name, array)
+                object.__setattr__(self, name, array)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

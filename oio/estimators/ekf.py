@@ -1,8 +1,9 @@
 """The extended Kalman filter with lag, drift and fluctuation in its state; update in Joseph form (Bucy & Joseph 1968)."""
 
 from oio.estimators.joseph import condition
+from oio.estimators.step import predicted
 from oio.model import Model
-from oio.records import Belief, GasReading, Innovation, JointState, seconds
+from oio.records import Belief, GasReading, Innovation, JointState
 from oio.settings import in_range, settings
 
 
@@ -18,9 +19,7 @@ class Ekf:
 
     def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
         """Propagate to the time of `joints`."""
-        mean, jacobian, q = model.transition(belief.mean, seconds(joints.t_ns - belief.t_ns), joints)
-        cov = jacobian @ belief.cov @ jacobian.T + q
-        return Belief(joints.t_ns, mean, 0.5 * (cov + cov.T))
+        return predicted(model, belief, joints)
 
     def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""

@@ -1,22 +1,46 @@
 """One scalar update in Joseph form, P = (I - K H) P (I - K H)' + K R K' (Bucy & Joseph 1968): positive definite whatever the gain."""
 
+import math
+
+import numba
 import numpy as np
 
 from oio.model import Model
-from oio.records import Belief, GasReading, Innovation
+from oio.records import Array, Belief, GasReading, Innovation
 
 
 def condition(model: Model, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Belief, Innovation]:
-    """The belief after one reading, and its innovation; beyond the gate the belief stays as it was."""
-    expected, row, r = model.measurement(belief.mean, reading)
-    to = belief.cov @ row
-    s = float(row @ to) + r
-    residual = reading.ppm - expected
-    gated = residual * residual > gate_nis * s
-    innovation = Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
-    if gated:
+    """The belief after one reading, and its innovation; after a reading beyond the gate, or a missed one, the belief is as it was."""
+    innovation = surprise(model, belief, reading, gate_nis)
+    if innovation.gated:
         return belief, innovation
-    gain = to / s
-    left = np.eye(len(to)) - np.outer(gain, row)
-    cov = left @ belief.cov @ left.T + r * np.outer(gain, gain)
-    return Belief(reading.t_ns, belief.mean + gain * residual, 0.5 * (cov + cov.T)), innovation
+    mean, cov = conditioned(model, belief.mean, belief.cov, reading)
+    return Belief(reading.t_ns, mean, cov), innovation
+
+
+def surprise(model: Model, belief: Belief, reading: GasReading, gate_nis: float) -> Innovation:
+    """The innovation alone. A missed reading (NaN or infinite) is gated and has no residual: 0."""
+    missed = not (math.isfinite(reading.ppm) and math.isfinite(reading.sigma_ppm))
+    seen = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if missed else reading
+    expected, row, r = model.measurement(belief.mean, seen)
+    s = float(row @ belief.cov @ row) + r
+    residual = 0.0 if missed else reading.ppm - expected
+    gated = missed or residual * residual > gate_nis * s
+    return Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
+
+
+def conditioned(model: Model, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, Array]:
+    """Mean (N,) and cov (N, N) after one reading."""
+    expected, row, r = model.measurement(mean, reading)
+    mean, cov = joseph(mean, cov, row, reading.ppm - expected, r)
+    return mean, cov
+
+
+@numba.njit(cache=True)
+def joseph(mean: Array, cov: Array, row: Array, residual: float, r: float) -> tuple[Array, Array]:
+    """Mean (N,) and cov (N, N), symmetric to the bit, after a row of H (N,) and its residual."""
+    to = cov @ row
+    gain = to / (row @ to + r)
+    left = cov - np.outer(gain, to)  # (I - K H) P, P symmetric
+    out = left - np.outer(left @ row, gain) + r * np.outer(gain, gain)
+    return mean + gain * residual, 0.5 * (out + out.T)
