@@ -98,6 +98,7 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
         table.add_row("Cramer-Rao bound", number(document["bound_m"]), *[""] * 8)
     return table
 
+        table.add_row("error / bound", number(document["bound_ratio"], 1.0, 2), *[""] * 8)
 
 def number(value: float | None, factor: float = 1e3, digits: int = 1) -> str:
     """A figure scaled (metres to millimetres unless told), or a dash."""

@@ -57,6 +57,12 @@ class Evaluation:
     source_m: tuple[float, ...] | None
     simulated_s: float
 
+    @property
+    def bound_ratio(self) -> float | None:
+        """Source error of the calibrated filter over the Cramer-Rao bound: 1 is usual of a filter that uses all there is."""
+        error = self.calibrated.source_error_m
+        return None if error is None or not self.bound_m else error / self.bound_m
+
 
 def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
     """The document. `identity`: sensor, profile, dof, backend, air, ekf, assembly, seed. Stages that were left out give null."""
@@ -70,6 +76,7 @@ def summary(identity: dict[str, object], calibration: Calibration | None, found:
         "calibrated_paper_assembly": _outcome(found.calibrated_paper_assembly if found else None),
         "dead_reckoning": {"nose_error_m": found.dead_reckoning_m if found else None},
         "bound_m": found.bound_m if found else None,
+        "bound_ratio": found.bound_ratio if found else None,
         "verdict": found.verdict.word if found else "WARN",
         "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was scored."],
         "simulated_s": found.simulated_s if found else None,

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-from oio.settings import settings
+from scipy.special import chdtri
+
+from oio.settings import in_range, settings
 from oio.summary import Outcome, Verdict
 
 
@@ -15,6 +17,11 @@ class Limits:
     nis_high: float
     baseline_effective: float  # independent readings of an element's baseline
     bound_ratio: float  # source error over the Cramer-Rao bound
+    narrowed: float  # posterior over prior standard deviation: a direction above it was not seen
+
+    def check(self) -> None:
+        """Refuse a share that is none."""
+        in_range(self, narrowed=(0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +32,7 @@ class Findings:
     bound_m: float | None
     baseline_effective: float
     dof: int
+    unseen: tuple[str, ...]  # what the motion could not see, in words
 
 
 def judge(found: Findings, limits: Limits) -> Verdict:
@@ -38,7 +46,8 @@ def judge(found: Findings, limits: Limits) -> Verdict:
 def _coverage(found: Findings, limits: Limits) -> list[str]:
     if found.outcome.inside_95 is not False or found.outcome.nees_source is None:
         return []
-    text = f"the 95 % region misses the source (NEES {found.outcome.nees_source:.1f}, the region ends at 7.8)"
+    ends = float(chdtri(min(found.dof, 3), 0.05))  # a bearing has one or two degrees of freedom
+    text = f"the 95 % region misses the source (NEES {found.outcome.nees_source:.1f}, the region ends at {ends:.1f})"
     if found.outcome.nees_source > limits.nees_fail:
         return [f"{text}; above {limits.nees_fail:g} the covariance is too small: raise range.stray or wander."]
     return [f"{text}: one run in twenty does."]
@@ -67,6 +76,7 @@ def _calibration(found: Findings, limits: Limits) -> list[str]:
 
 def _geometry(found: Findings) -> list[str]:
     if found.dof >= 3:
-        return []
+        return list(found.unseen)
     what = "height and distance" if found.dof == 1 else "distance (a source and its inverse point smell alike)"
-    return [f"{what} cannot be found with dof={found.dof}; the bearing is what it can say. Add joints: dof=3 or dof=5."]
+    bearing = f"{what} cannot be found with dof={found.dof}; the bearing is what it can say. Add joints: dof=3 or dof=5."
+    return [bearing, *found.unseen]

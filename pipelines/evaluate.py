@@ -6,6 +6,7 @@ from oio.arm import Arm
 from oio.beliefs import BeliefMap
 from oio.bounds import at_truth, cramer_rao
 from oio.calibration import Baselines, Calibration, Navigation
+from oio.observability import blind_spots
 from oio.odometry import Odometry
 from oio.pipeline import Context
 from oio.protocols import Estimator, Sensor
@@ -37,7 +38,7 @@ class Evaluate:
             context.log.progress(context.world.t_ns, name, outcome.in_words())
         bound_m = self._bound(rerun)
         effective = min(b.n_effective for b in context.need(Baselines).elements)
-        verdict = judge(Findings(outcomes["calibrated"], bound_m, effective, self.arm.dof), self.limits)
+        verdict = judge(Findings(outcomes["calibrated"], bound_m, effective, self.arm.dof, self._unseen(rerun)), self.limits)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
             outcomes["cold"], outcomes["calibrated"], outcomes["calibrated_paper_assembly"],
@@ -57,4 +58,10 @@ class Evaluate:
         if rerun.source is None or not odometry.hypotheses or self.arm.dof < 3:
             return None
         sniffs = odometry.trace.frozen()
-        return cramer_rao(sniffs, odometry.known, at_truth(sniffs, odometry.known, odometry.hypotheses[0].mean, rerun.source))
+        return cramer_rao(sniffs, odometry.known, at_truth(sniffs, odometry.known, odometry.hypotheses[0].mean, rerun.source)).rms_m
+
+    def _unseen(self, rerun: Rerun) -> tuple[str, ...]:
+        odometry = rerun.variants["calibrated"].odometry
+        if not odometry.hypotheses:
+            return ()
+        return blind_spots(odometry.trace.frozen(), odometry.known, odometry.hypotheses, self.limits.narrowed)
