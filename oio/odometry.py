@@ -3,7 +3,8 @@
 from oio.batch import Fit
 from oio.beliefs import BeliefMap
 from oio.knowledge import Knowledge
-from oio.protocols import Estimator
+from oio.model import Model
+from oio.protocols import Begins, Estimator
 from oio.records import Array, Belief, GasReading, Innovation, JointState
 
 
@@ -38,7 +39,8 @@ class Odometry:
         """Make the map of the whole trace, so many measurements, and begin the filter anew from its best hypothesis."""
         assert self._joints is not None
         self.hypotheses = self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
-        self.belief = self.known.model.begin(self.hypotheses[0], self._joints.t_ns, measurements)
+        begin = self._estimator.begin if isinstance(self._estimator, Begins) else begun_from_best
+        self.belief = begin(self.known.model, self.hypotheses, self._joints.t_ns, measurements)
         self._nis = []
         return self.hypotheses
 
@@ -58,3 +60,8 @@ class Odometry:
             return None
         s = self.known.model.at["s"]
         return self.belief.mean[s], self.belief.cov[s, s]
+
+
+def begun_from_best(model: Model, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
+    """How a filter begins that does not begin itself."""
+    return model.begin(fits[0], t_ns, measurements)

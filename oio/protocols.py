@@ -9,6 +9,7 @@ import numpy as np
 from oio.records import Array, Belief, GasReading, GasSample, Innovation, JointState, WorldSample
 
 if TYPE_CHECKING:
+    from oio.batch import Fit
     from oio.model import Model
     from oio.pipeline import Context
 
@@ -142,6 +143,15 @@ class Estimator(Protocol):
 
     def update(self, model: "Model", belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition the belief on one reading taken now; a gated reading leaves the belief as it was."""
+        ...
+
+
+@runtime_checkable
+class Begins(Protocol):
+    """What a filter may have besides, if it begins from more than the best hypothesis of the belief map."""
+
+    def begin(self, model: "Model", fits: tuple["Fit", ...], t_ns: int, measurements: int) -> Belief:
+        """The belief at t_ns of the hypotheses, best first, of a map of so many measurements."""
         ...
 
 

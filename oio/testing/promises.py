@@ -32,7 +32,10 @@ def refused(what: str, action: Any, *arguments: Any) -> None:
     raise AssertionError(f"{what} is not refused with BadInput.")
 
 
-def bits(record: object) -> list[object]:
-    """Type and values of a record, floats and arrays as bytes, so that equal means equal bit for bit."""
-    values = (getattr(record, field.name) for field in dataclasses.fields(record))  # type: ignore[arg-type]
-    return [type(record), *(np.asarray(v, dtype=float).tobytes() if isinstance(v, float | np.ndarray) else v for v in values)]
+def bits(value: object) -> object:
+    """Type and values of a record and of those inside, floats and arrays as bytes, so that equal means equal bit for bit."""
+    if dataclasses.is_dataclass(value):
+        return [type(value), *(bits(getattr(value, field.name)) for field in dataclasses.fields(value))]
+    if isinstance(value, tuple):
+        return [bits(part) for part in value]
+    return np.asarray(value, dtype=float).tobytes() if isinstance(value, float | np.ndarray) else value
