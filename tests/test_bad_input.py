@@ -60,7 +60,7 @@ REFUSED = [
     (["sensor=xx"], "sensor=xx was given, but sensor can be ec, mox_mics, mox_mq, ndir, pa. Type e.g. sensor=ec."),
     (["profile=p"], ["profile=p", "datasheet", "paper"]),
     (["air=x"], ["air=x", "draft", "steady", "still", "ventilated"]),
-    (["ekf=x"], ["ekf=x", "ekf, filterpy, paper"]),
+    (["ekf=x"], ["ekf=x", "ckf, ekf, filterpy"]),
     (["search=x"], ["search=x", "bandit", "d_optimal"]),
     (["backend=x"], ["backend=x", "mujoco", "recording", "replay"]),
     (["stage=[warm,baseline]"], ["stage=warm", *STAGES]),

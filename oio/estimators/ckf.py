@@ -1,0 +1,30 @@
+"""The cubature Kalman filter with filterpy's spherical-radial points (Arasaratnam & Haykin 2009); a linear reading needs no points."""
+
+import numpy as np
+from filterpy.kalman.CubatureKalmanFilter import spherical_radial_sigmas
+
+from oio.estimators.joseph import condition
+from oio.estimators.sigma import propagated
+from oio.model import Model
+from oio.records import Belief, GasReading, Innovation, JointState
+from oio.settings import in_range, settings
+
+
+@settings
+class Ckf:
+    """2 N points of equal weight, sqrt(N) standard deviations from the mean."""
+
+    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
+
+    def check(self) -> None:
+        """Refuse a gate that lets nothing pass."""
+        in_range(self, gate_nis=(1.0, 1e9))
+
+    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+        """Propagate to the time of `joints`."""
+        zero, weights = np.zeros(model.size), np.full(2 * model.size, 0.5 / model.size)
+        return propagated(model, belief, joints, lambda c: spherical_radial_sigmas(zero, c), (weights, weights))
+
+    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+        """Condition on one reading taken now."""
+        return condition(model, belief, reading, self.gate_nis)

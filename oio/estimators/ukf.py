@@ -1,0 +1,41 @@
+"""The unscented Kalman filter with filterpy's sigma points (van der Merwe 2004); a reading is linear, so its update is exact as it is."""
+
+import numpy as np
+from filterpy.kalman import MerweScaledSigmaPoints
+
+from oio.errors import BadInput
+from oio.estimators.joseph import condition
+from oio.estimators.sigma import propagated
+from oio.model import Model
+from oio.records import Belief, GasReading, Innovation, JointState
+from oio.settings import in_range, settings
+
+
+@settings
+class Ukf:
+    """2 N + 1 points, alpha sqrt(N + kappa) standard deviations from the mean."""
+
+    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
+    alpha: float  # how far out the points lie
+    beta: float  # weight of the middle in the covariance; 2 for a Gaussian
+    kappa: float
+
+    def check(self) -> None:
+        """Refuse a gate that lets nothing pass, and weights that can make a covariance negative.
+
+        With beta >= alpha^2 the covariance is at least that about the middle point, a sum of squares (Julier et al. 2000).
+        """
+        in_range(self, gate_nis=(1.0, 1e9), alpha=(1e-2, 10.0), kappa=(0.0, 100.0))
+        if self.beta < self.alpha**2:
+            least = f"at least alpha^2 = {self.alpha**2:g}, or covariances turn negative"
+            raise BadInput(f"Ukf.beta is {self.beta:g}, but it must be {least}. Type e.g. ekf.beta={max(2.0, self.alpha**2):g}.")
+
+    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+        """Propagate to the time of `joints`."""
+        points = MerweScaledSigmaPoints(model.size, self.alpha, self.beta, self.kappa)
+        zero = np.zeros(model.size)
+        return propagated(model, belief, joints, lambda c: points.sigma_points(zero, c), (points.Wm, points.Wc))
+
+    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+        """Condition on one reading taken now."""
+        return condition(model, belief, reading, self.gate_nis)
