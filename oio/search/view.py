@@ -30,6 +30,7 @@ class View:
     moves: tuple[Move, ...]
     dwell_s: float
     near_m: float  # the nose keeps this far from where the source is believed
+    law: Array | None = None  # calibrated mean (LAW,) of the range law, for before the first belief; None: the nominal law
 
 
 def spread_out(view: View, rng: np.random.Generator, tries: int = 64) -> Array:
