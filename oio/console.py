@@ -87,6 +87,8 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
         table.add_column(head, justify="right", min_width=max(len(word) for word in head.split()))
     for key, name in OUTCOMES.items():
         o = document[key]
+        if o is None:
+            continue
         missed = number(o.get("bearing_error_deg"), 1.0) if bearing else number(o["source_error_m"])
         inside = {True: "yes", False: "no", None: "-"}[o["inside_95"]]
         table.add_row(
@@ -96,9 +98,9 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
     table.add_row("dead reckoning", "", "", number(document["dead_reckoning"]["nose_error_m"]), *[""] * 6)
     if document["bound_m"] is not None:
         table.add_row("Cramer-Rao bound", number(document["bound_m"]), *[""] * 8)
+        table.add_row("error / bound", number(document["bound_ratio"], 1.0, 2), *[""] * 8)
     return table
 
-        table.add_row("error / bound", number(document["bound_ratio"], 1.0, 2), *[""] * 8)
 
 def number(value: float | None, factor: float = 1e3, digits: int = 1) -> str:
     """A figure scaled (metres to millimetres unless told), or a dash."""

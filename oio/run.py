@@ -130,7 +130,7 @@ def refuse_bad_choices(arguments: list[str]) -> None:
                 build(OmegaConf.masked_copy(cfg, [str(k) for k in cfg if k != "hydra"]), choices, [])
 
 
-def _plugins() -> list[str]:
+def plugins() -> list[str]:
     """conf packages of other distributions (entry point group `oio.conf`) go on Hydra's search path."""
     packages = [f"pkg://{point.value}" for point in metadata.entry_points(group="oio.conf")]
     return [f"hydra.searchpath=[{','.join(packages)}]"] if packages else []
@@ -148,7 +148,7 @@ def _run(arguments: list[str]) -> None:
     _refuse_strangers()
     if {"--help", "-h"} & set(arguments):
         return show_help(CONF)
-    arguments = [*replayed(arguments), *_plugins()]
+    arguments = [*replayed(arguments), *plugins()]
     if {"-m", "--multirun"} & set(arguments):
         refuse_bad_choices(arguments)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come to us; we say them in one paragraph

@@ -50,7 +50,7 @@ class Evaluation:
 
     cold: Outcome
     calibrated: Outcome
-    calibrated_paper_assembly: Outcome
+    calibrated_paper_assembly: Outcome | None  # None if it was not asked for
     dead_reckoning_m: float | None
     bound_m: float | None
     verdict: Verdict

@@ -29,6 +29,7 @@ class Evaluate:
     belief_map: BeliefMap
     stop: StopRule  # as navigate's
     limits: Limits
+    paper_assembly: bool  # a third of the stage's time
 
     def run(self, context: Context) -> Evaluation:
         """Outcomes of all variants, dead reckoning, bound and verdict."""
@@ -41,13 +42,15 @@ class Evaluate:
         verdict = judge(Findings(outcomes["calibrated"], bound_m, effective, self.arm.dof, self._unseen(rerun)), self.limits)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
-            outcomes["cold"], outcomes["calibrated"], outcomes["calibrated_paper_assembly"],
+            outcomes["cold"], outcomes["calibrated"], outcomes.get("calibrated_paper_assembly"),
             rerun.dead_reckoning_m, bound_m, verdict, source, seconds(context.world.t_ns),
         )  # fmt: skip
 
     def _rerun(self, context: Context) -> Rerun:
         known, search = context.need(Calibration), context.need(Navigation)
-        starts = {"calibrated": known.chosen, "calibrated_paper_assembly": known.paper, "cold": known.cold}
+        starts = {"calibrated": known.chosen, "cold": known.cold}
+        if self.paper_assembly:
+            starts["calibrated_paper_assembly"] = known.paper
         variants = {name: Variant(Odometry(self.estimator, start, self.belief_map)) for name, start in starts.items()}
         rerun = Rerun(variants, self.sensor, search, self.stop)
         rerun.over(context.log.samples(search.began_ns, search.ended_ns))

@@ -1,5 +1,6 @@
 """The log of a run: one MCAP file (Protobuf, Foxglove schemas where one fits). Nothing else in OIO knows the format."""
 
+from oio.log.memory import MemoryLog
 from oio.log.read import (
     read_attachment,
     read_beliefs,
@@ -18,6 +19,7 @@ from oio.log.survey import Salvage
 from oio.log.write import RunLog, Watcher
 
 __all__ = [
+    "MemoryLog",
     "RunLog",
     "Salvage",
     "Watcher",

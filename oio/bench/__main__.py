@@ -1,0 +1,58 @@
+"""`python -m oio.bench COMMAND KEY=VALUE ...`: known errors end in one paragraph, exit code 2 for bad input, else 1."""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+
+from rich.console import Console
+
+from oio.bench import accuracy
+from oio.bench.words import SOURCE
+from oio.errors import BadInput
+from oio.refusals import as_known
+from oio.run import CONF
+
+COMMANDS: dict[str, Callable[[list[str]], None]] = {"accuracy": accuracy.run}
+HEADER = """[bold]Benchmarks[/bold] of olfactory inertial odometry, over many seeds:
+
+  python -m oio.bench accuracy                              all sensors, airs and rungs
+  python -m oio.bench accuracy sensor=ec air=still,draft dof=5 seeds=0:100 jobs=4
+  python -m oio.bench accuracy ekf=ekf,paper stage.navigate.max_moves=40
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one benchmark; returns the exit code."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
+    try:
+        _run(sys.argv[1:] if arguments is None else arguments)
+    except KeyboardInterrupt:
+        sys.stderr.write("oio: stopped; what was done is saved.\n")
+        return 130
+    except Exception as error:
+        known = as_known(error, CONF)
+        if known is None or os.environ.get("OIO_FULL_ERROR") == "1":
+            raise
+        sys.stderr.write(f"oio: {known}\n")
+        return known.exit_code
+    return 0
+
+
+def _run(arguments: list[str]) -> None:
+    if not arguments or {"--help", "-h"} & set(arguments):
+        return _help()
+    if arguments[0] not in COMMANDS:
+        given = f"'{arguments[0]}' was given"
+        raise BadInput(f"{given}, but a benchmark is one of {', '.join(COMMANDS)}. Type e.g. python -m oio.bench accuracy.")
+    COMMANDS[arguments[0]](arguments[1:])
+
+
+def _help() -> None:
+    console = Console(soft_wrap=True, highlight=False)
+    console.print(HEADER)
+    console.print(SOURCE.read_text(encoding="utf-8").rstrip(), markup=False)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

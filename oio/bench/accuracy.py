@@ -1,0 +1,110 @@
+"""`python -m oio.bench accuracy`: how far from the source the search ends, and how honest it is about that, over many seeds."""
+
+import itertools
+from collections import Counter
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from oio.bench.folder import Record, Sheet, claimed, names, write
+from oio.bench.parallel import as_they_come
+from oio.bench.row import Row, rows
+from oio.bench.score import Case, Score, Trial, scored
+from oio.bench.table import show
+from oio.bench.table_1 import table_1
+from oio.bench.trial import attempt, setting
+from oio.bench.words import Words, read
+from oio.choices import choices
+from oio.errors import BadInput, OioError
+from oio.run import CONF
+
+GROUPS = ("sensor", "air", "search", "ekf")
+TABLE, TRIALS, FIGURE = "accuracy.csv", "trials.csv", "accuracy.png"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Which trials, and from where on a declared source is a false one."""
+
+    cases: tuple[Case, ...]
+    seeds: tuple[int, ...]
+    overrides: tuple[str, ...]
+    false_mm: float
+
+    @property
+    def tasks(self) -> list[tuple[Case, int]]:
+        """Every case with every seed, case by case: a worker composes few configurations."""
+        return list(itertools.product(self.cases, self.seeds))
+
+
+def run(arguments: list[str]) -> None:
+    """The command: trials, table, figure. Ctrl-C sums up what is done."""
+    words = read("accuracy", arguments)
+    plan, jobs = planned(words), words.whole("jobs", 1)
+    out = claimed(words.own["out"], "accuracy", (TABLE, TRIALS, FIGURE))
+    trials, stop = gathered(plan, jobs, out)
+    if trials:
+        summed_up(trials, out)
+    if stop is not None:
+        raise stop
+
+
+def planned(words: Words) -> Plan:
+    """The cases, each value of each key checked; raises BadInput before anything is run."""
+    keys = {key: words.several(key) for key in GROUPS}
+    if min(words.wholes("dof")) < 3:
+        raise BadInput(f"dof={words.own['dof']} was given, but a position takes three joints at least. Type e.g. dof=3,5.")
+    made = itertools.product(keys["sensor"], keys["air"], words.wholes("dof"), keys["search"], keys["ekf"])
+    cases = tuple(Case(*values) for values in made)
+    cfg, _ = setting((*cases[0].words, *words.overrides))
+    for case in _doubtful(cases, keys):
+        setting((*case.words, *words.overrides))
+    return Plan(cases, words.wholes("seeds"), words.overrides, 1e3 * words.number("found_sd") * float(cfg["stop"]["sd_m"]))
+
+
+def _doubtful(cases: tuple[Case, ...], keys: dict[str, tuple[str, ...]]) -> list[Case]:
+    """A case for every rung, and for every choice that conf/ has not: a plug-in may have it, else Hydra refuses it in words."""
+    first = cases[0]
+    known = {key: dict(choices(CONF, key)) for key in GROUPS}
+    strange = [Case(**{**first._asdict(), key: value}) for key in GROUPS for value in keys[key] if value not in known[key]]
+    return strange + [first._replace(dof=dof) for dof in dict.fromkeys(case.dof for case in cases)]
+
+
+def gathered(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseException | None]:
+    """All trials in their order and trials.csv; if it was stopped, those that were done, and by what."""
+    found = dict[int, Trial]()
+    stop: BaseException | None = None
+    sheet = Sheet(out / TRIALS, _TRIAL_FIELDS)  # in the order of coming: what a killed benchmark leaves
+    tasks = [((*case.words, *plan.overrides), seed) for case, seed in plan.tasks]
+    try:
+        for number, (document, reason) in as_they_come(attempt, tasks, jobs, "trials"):
+            found[number] = scored(*plan.tasks[number], document, reason, plan.false_mm)
+            sheet.add(_record(found[number]))
+    except KeyboardInterrupt as asked:
+        stop = asked
+    except TerminatedWorkerError:
+        stop = OioError(f"a worker process died; {len(found)} of {len(tasks)} trials were done. Memory may be short: type jobs=1.")
+    sheet.close()
+    trials = [found[number] for number in sorted(found)]
+    write(out / TRIALS, _TRIAL_FIELDS, map(_record, trials))
+    return trials, stop
+
+
+def summed_up(trials: list[Trial], out: Path) -> None:
+    """accuracy.csv, accuracy.png, and the table on the screen."""
+    from oio.figures.accuracy import draw  # here: matplotlib takes a second, and workers need none of it
+
+    found = rows(trials, table_1())
+    write(out / TABLE, [*Case._fields, *names(Row)], ({**case._asdict(), **asdict(row)} for case, row in found.items()))
+    draw(trials, found, out / FIGURE)
+    show(found, Counter(trial.reason for trial in trials if trial.score is None), str(out))
+
+
+_TRIAL_FIELDS = [*Case._fields, "seed", *names(Score), "reason"]
+
+
+def _record(trial: Trial) -> Record:
+    score: dict[str, Any] = asdict(trial.score) if trial.score is not None else {}
+    return {**trial.case._asdict(), "seed": trial.seed, **score, "reason": trial.reason}

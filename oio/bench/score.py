@@ -1,0 +1,79 @@
+"""What is kept of one trial: a row of trials.csv. Lengths in mm."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+
+class Case(NamedTuple):
+    """What trials have in common but for their seed."""
+
+    sensor: str
+    air: str
+    dof: int
+    search: str
+    ekf: str
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """As overrides of the configuration."""
+        return tuple(f"{key}={value}" for key, value in self._asdict().items())
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One trial that was run to its end."""
+
+    error_mm: float
+    nees: float
+    inside_95: bool
+    bound_mm: float
+    declared: bool
+    false: bool  # declared, but far from the source
+    moves: int
+    time_s: float  # of the search, until the source was declared or the search given up
+    nis: float
+    nose_mm: float  # RMS
+    dead_reckoning_mm: float
+    cold_error_mm: float
+    calibration_s: float
+    error_ppm: float
+    u_a_ppm: float
+    u_b_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A case with a seed, and its score or why there is none."""
+
+    case: Case
+    seed: int
+    score: Score | None
+    reason: str
+
+
+def scored(case: Case, seed: int, document: Mapping[str, Any] | None, reason: str, false_mm: float) -> Trial:
+    """From the summary of a run; one that ended without a belief has failed."""
+    if document is None:
+        return Trial(case, seed, None, reason)
+    if document["calibrated"]["source_error_m"] is None or document["cold"]["source_error_m"] is None:
+        return Trial(case, seed, None, "the search ended before its first belief map: raise stage.navigate.max_s")
+    return Trial(case, seed, _score(document, false_mm), "")
+
+
+def _score(document: Mapping[str, Any], false_mm: float) -> Score:
+    o, calibration = document["calibrated"], document["calibration"]
+    error_mm = 1e3 * o["source_error_m"]
+    return Score(
+        error_mm=error_mm, nees=o["nees_source"], inside_95=o["inside_95"], bound_mm=_mm(document["bound_m"]),
+        declared=o["found"], false=o["found"] and error_mm > false_mm, moves=o["moves"], time_s=o["time_s"],
+        nis=math.nan if o["nis_mean"] is None else o["nis_mean"], nose_mm=_mm(o["nose_error_m"]),
+        dead_reckoning_mm=_mm(document["dead_reckoning"]["nose_error_m"]), cold_error_mm=1e3 * document["cold"]["source_error_m"],
+        calibration_s=calibration["time_s"], error_ppm=calibration["error_ppm"], u_a_ppm=calibration["u_a_ppm"],
+        u_b_mm=_mm(calibration["u_b_m"]),
+    )  # fmt: skip
+
+
+def _mm(value_m: float | None) -> float:
+    return math.nan if value_m is None else 1e3 * value_m

@@ -1,0 +1,64 @@
+"""One trial of a benchmark: a whole run as `python -m oio.run` makes it, but in memory. A process composes a configuration once."""
+
+import functools
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import hydra
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from oio.calibration import Calibration
+from oio.errors import BadInput
+from oio.experiment import Experiment
+from oio.log import MemoryLog
+from oio.pipeline import run_stages
+from oio.refusals import as_known
+from oio.run import CONF, build, plugins
+from oio.summary import Evaluation, summary
+
+
+@functools.lru_cache(maxsize=4)
+def setting(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
+    """The configuration with these overrides as plain data, and what it builds; raises what Hydra or a check has against it."""
+    with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
+        composed = hydra.compose("config", [*words, *plugins()], return_hydra_config=True)
+    choices = dict(composed.hydra.runtime.choices)
+    cfg = {str(key): value for key, value in _plain(composed).items() if key != "hydra"}
+    if "evaluate" in (cfg["stage"] or {}):
+        cfg["stage"]["evaluate"]["paper_assembly"] = False  # no benchmark reads it, and it takes its time
+    return cfg, build(OmegaConf.create(cfg), choices, list(words))
+
+
+def experiment(words: tuple[str, ...], seed: int) -> Experiment:
+    """The same for one seed. Seeds reach the backend and the streams of the stages, so only the backend is built anew."""
+    cfg, any_seed = setting(words)
+    anew = OmegaConf.create({**cfg, "seed": seed})  # what Hydra has built from is resolved for ever, the seed with it
+    return replace(any_seed, backend=instantiate(anew.backend), identity={**any_seed.identity, "seed": seed})
+
+
+def _plain(cfg: DictConfig) -> dict[Any, Any]:
+    plain = OmegaConf.to_container(cfg)
+    assert isinstance(plain, dict)
+    return plain
+
+
+def run_trial(words: tuple[str, ...], seed: int) -> dict[str, Any]:
+    """The summary of a run, without the time it took."""
+    built = experiment(words, seed)
+    with tempfile.TemporaryDirectory() as folder, built.backend.open() as world:
+        results = run_stages(built.stages, world, built.arm, MemoryLog(), Path(folder), seed)
+    calibration, found = results.get(Calibration), results.get(Evaluation)
+    if not isinstance(calibration, Calibration) or not isinstance(found, Evaluation):
+        raise BadInput(f"the stages were {list(built.stages)}, but a benchmark needs 'assemble_qr' and 'evaluate'. Leave stage= out.")
+    return summary(built.identity, calibration, found, 0.0)
+
+
+def attempt(words: tuple[str, ...], seed: int) -> tuple[dict[str, Any] | None, str]:
+    """The summary, or None and why there is none: a trial that fails does not stop the others."""
+    try:
+        return run_trial(words, seed), ""
+    except Exception as error:
+        return None, str(as_known(error, CONF) or repr(error))

@@ -1,0 +1,76 @@
+"""The picture of a benchmark: errors of all trials and coverage of the 95 % region, rooms side by side, rungs one below the other."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from oio.figures.style import CALIBRATED, DEAD, RC, TRUTH
+from oio.metrics import COVERAGE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Who = tuple[str, str, str]  # sensor, search, filter: a place on the axis
+PANEL_IN = (4.2, 3.4)  # of one room and rung
+
+
+def draw(trials: Sequence[Any], rows: Mapping[Any, Any], out: Path) -> None:
+    """Dots are trials, bars medians; `trials` and `rows` as `oio.bench` makes them. Writes the PNG `out`."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    airs, rungs = list(dict.fromkeys(c.air for c in rows)), list(dict.fromkeys(c.dof for c in rows))
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(max(PANEL_IN[0] * len(airs), 11.0), PANEL_IN[1] * len(rungs) + 0.8), dpi=100, layout="constrained")
+        FigureCanvasAgg(figure)
+        grid = figure.subplots(2 * len(rungs), len(airs), squeeze=False, sharex=True, sharey="row", height_ratios=[3, 1] * len(rungs))
+        for i, dof in enumerate(rungs):
+            for j, air in enumerate(airs):
+                here = {_who(case): (case, row) for case, row in rows.items() if (case.air, case.dof) == (air, dof)}
+                _errors(grid[2 * i, j], here, trials)
+                _coverage(grid[2 * i + 1, j], here)
+                grid[2 * i, j].set_title(f"{air}, {dof} DoF", loc="left")
+            grid[2 * i, 0].set_ylabel("source error (mm)")
+            grid[2 * i + 1, 0].set_ylabel("in 95 %\nregion")
+        _names(grid[-1, :], here)
+        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncol=4, frameon=False)
+        figure.savefig(out, metadata={"Software": None})
+
+
+def _who(case: Any) -> Who:
+    return case.sensor, case.search, case.ekf
+
+
+def _errors(axes: "Axes", here: Mapping[Who, Any], trials: Sequence[Any]) -> None:
+    for x, (case, row) in enumerate(here.values()):
+        errors = np.array([t.score.error_mm for t in trials if t.case == case and t.score is not None])
+        side = np.linspace(-0.28, 0.28, len(errors))  # in the order of the seeds, so that nothing is drawn at random
+        first: Any = {"label": None} if x else {}
+        axes.plot(x + side, errors, "o", color=CALIBRATED, mew=0, ms=5, alpha=0.5, **{"label": "one trial, calibrated", **first})
+        for value, color, label in ((row.median_mm, CALIBRATED, "median, calibrated"), (row.cold_mm, DEAD, "median, cold start")):
+            axes.plot([x - 0.36, x + 0.36], [value] * 2, color=color, lw=2.4, **{"label": label, **first})
+        bounds = [t.score.bound_mm for t in trials if t.case == case and t.score is not None and np.isfinite(t.score.bound_mm)]
+        bound = float(np.median(bounds)) if bounds else np.nan
+        axes.plot([x - 0.36, x + 0.36], [bound] * 2, color=TRUTH, lw=2.4, ls=":", **{"label": "median Cramer-Rao bound", **first})
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+
+
+def _coverage(axes: "Axes", here: Mapping[Who, Any]) -> None:
+    axes.axhline(100 * COVERAGE, color=TRUTH, lw=1.2)
+    for x, (_, row) in enumerate(here.values()):
+        axes.plot([x, x], [100 * row.covered_low, 100 * row.covered_high], color=CALIBRATED, lw=1.6)
+        axes.plot(x, 100 * row.covered, "o", color=CALIBRATED, ms=5)
+    axes.set_ylim(0, 105)
+    axes.set_yticks([0, 50, 95], ["0 %", "50 %", "95 %"])
+
+
+def _names(bottom: Any, here: Mapping[Who, Any]) -> None:
+    """Of a search or a filter only where there are several."""
+    several = [len({who[i] for who in here}) > 1 for i in range(3)]
+    words = ["\n".join(word for word, more in zip(who, (True, *several[1:]), strict=True) if more) for who in here]
+    for axes in bottom:
+        axes.set_xticks(range(len(words)), words, fontsize=9)
