@@ -9,7 +9,8 @@ before. In space casts go round in the plane across, by the golden angle, so tha
 import numpy as np
 
 from oio.records import Array
-from oio.search.steps import anywhere, diagonal_m, goals, law, offset, tangent, toward
+from oio.search.sniffed import goals, law, offset
+from oio.search.steps import anywhere, diagonal_m, tangent, toward
 from oio.search.view import Move, View
 from oio.settings import in_range, settings
 

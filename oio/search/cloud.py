@@ -14,7 +14,7 @@ import numpy as np
 from oio.halton import halton
 from oio.ranging import LAW, concentration
 from oio.records import Array
-from oio.search.steps import Sniffed, law
+from oio.search.sniffed import Sniffed, law
 from oio.search.view import View
 
 STEPS = 4  # of Gauss-Newton, for ln strength

@@ -2,13 +2,14 @@
 
 ln c = a + g . (p - p_best), weighted by distance from the best of the latest sniffs; the next sniff is one step from there along g. A
 direction in which the sniffs hardly differ is probed first. The step shrinks with every move without gain and grows with every gain, as
-in stochastic hill climbing (Rastrigin 1963) and in the chemotaxis of animals (Berg 1975).
+in stochastic hill climbing (Rastrigin 1963) and much as bacteria do by chemotaxis (Berg 1975).
 """
 
 import numpy as np
 
 from oio.records import Array
-from oio.search.steps import diagonal_m, sniffed, tangent, toward
+from oio.search.sniffed import sniffed
+from oio.search.steps import diagonal_m, tangent, toward
 from oio.search.view import View
 from oio.settings import in_range, settings
 

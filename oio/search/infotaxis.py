@@ -16,7 +16,8 @@ from scipy.special import ndtr, ndtri, xlogy
 
 from oio.records import Array
 from oio.search.cloud import Cloud, Likelihood, posterior
-from oio.search.steps import allowed, anywhere, here, nearest, offset, sniffed
+from oio.search.sniffed import here, offset, sniffed
+from oio.search.steps import allowed, anywhere, nearest
 from oio.search.view import View
 from oio.settings import in_range, settings
 

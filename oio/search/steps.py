@@ -1,82 +1,24 @@
-"""How a strategy goes a step: what was sniffed where so far, and the pose whose nose comes nearest a wanted place and may be gone to.
+"""How a strategy goes a step: the pose whose nose comes nearest a wanted place and may be gone to.
 
-A place is wanted in space, but the arm has joints: with one the nose stays on an arc, with two on a surface. Places are those of the
-believed nose p(q - o), o the joint offsets of the belief, none before there is one.
+A place is wanted in space, but the arm has joints: with one the nose stays on an arc, with two on a surface.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
-from oio.ranging import LAW
 from oio.records import Array
+from oio.search.sniffed import here, law, offset
 from oio.search.view import View
 
 ITERATIONS = 16  # of damped least squares; each may turn a joint by a tenth of its range
 DAMPING_M2 = 1e-4
-HELD_BACK = 0.75  # of a change of the gas may be made up for when the lag holds it back; beyond, noise would be blown up
 SIDESTEPS = 15  # tried when the straight step may not be gone
 CLEAR = 1.05  # places wanted too near the source are moved this many near_m from it
 TRIES = 64  # random poses
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sniffed:
-    """Moves that measured something: joints (k, n) rad, believed nose (k, 3) m, settled signal (k,) ppm."""
-
-    q: Array
-    p_m: Array
-    ppm: Array
-
-
-def offset(view: View) -> Array:
-    """Believed joint offsets (n,) rad."""
-    return np.zeros(view.arm.dof) if view.belief is None else view.belief.mean[view.model.at["o"]]
-
-
-def law(view: View) -> Array:
-    """theta (LAW,) of the range law: the belief's, else the calibrated one, else the nominal one of still air."""
-    if view.belief is not None:
-        s = view.model.at["s"].start
-        return np.array(view.belief.mean[s : s + LAW])
-    if view.law is not None:
-        return np.array(view.law)
-    theta = np.zeros(LAW)
-    theta[4] = view.model.law.exponent
-    return theta
-
-
-def here(view: View) -> Array:
-    """Where the arm was sent last (n,) rad."""
-    return view.moves[-1].q if view.moves else view.arm.home
-
-
-def goals(view: View) -> Array:
-    """Where the arm was sent: home, then the goal of every move (k + 1, n) rad."""
-    return np.array([view.arm.home, *(move.q for move in view.moves)])
-
-
 def diagonal_m(view: View) -> float:
     """Of the nose's box: what steps are measured in, so that they suit an arm on a table and a gantry in a room."""
     return float(np.linalg.norm(np.subtract(view.arm.box_high_m, view.arm.box_low_m)))
-
-
-def sniffed(view: View) -> Sniffed:
-    """All moves that lasted long enough for a signal (else it is 0), with what the lag held back made up for.
-
-    f_i = phi f_{i-1} + (1 - phi) c_i over the dwell and half of the way gives c_i.
-    """
-    q, f = goals(view), np.array([move.ppm for move in view.moves])
-    held = np.array([_held_back(view, q[i], q[i + 1], i > 0 and f[i] > f[i - 1]) for i in range(len(f))])
-    before = np.concatenate([f[:1], f[:-1]])
-    settled = f + held / (1.0 - held) * np.where(before != 0.0, f - before, 0.0)
-    known = np.flatnonzero(f != 0.0)
-    return Sniffed(q[1:][known], view.arm.nose(q[1:][known] - offset(view)), settled[known])
-
-
-def _held_back(view: View, q_from: Array, q_to: Array, rising: bool) -> float:
-    time_s = view.dwell_s + 0.5 * view.arm.duration_s(q_from, q_to)
-    return min(float(np.exp(-time_s / (view.model.rise_s if rising else view.model.fall_s))), HELD_BACK)
 
 
 def allowed(view: View, q: Array) -> bool:

@@ -10,7 +10,7 @@ from oio.errors import BadInput
 from oio.ranging import LAW
 from oio.search.cloud import Likelihood, posterior
 from oio.search.infotaxis import information
-from oio.search.steps import sniffed
+from oio.search.sniffed import sniffed
 from oio.search.view import Move, View
 
 

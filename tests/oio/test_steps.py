@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.search.steps import nearest, sniffed, tangent, toward
+from oio.search.sniffed import sniffed
+from oio.search.steps import nearest, tangent, toward
 from oio.search.view import Move, View
 
 
