@@ -3,6 +3,7 @@
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from oio.estimators.joseph import surprise
 from oio.model import Model
 from oio.records import Belief, GasReading, Innovation, JointState, seconds
 from oio.settings import in_range, settings
@@ -28,13 +29,10 @@ class FilterpyEkf:
 
     def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""
-        expected, row, r = model.measurement(belief.mean, reading)
-        s = float(row @ belief.cov @ row) + r
-        residual = reading.ppm - expected
-        gated = residual * residual > self.gate_nis * s
-        innovation = Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
-        if gated:
+        innovation = surprise(model, belief, reading, self.gate_nis)
+        if innovation.gated:
             return belief, innovation
+        expected, row, r = model.measurement(belief.mean, reading)
         ekf = _loaded(belief)
         ekf.update(np.array([reading.ppm]), lambda _: row[None, :], lambda _: np.array([expected]), R=np.array([[r]]))
         return Belief(reading.t_ns, ekf.x, 0.5 * (ekf.P + ekf.P.T)), innovation

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oio.estimators.joseph import conditioned, surprise
+from oio.estimators.joseph import conditioned, surprise, told
 from oio.estimators.step import Linear, predicted
 from oio.model import Model
 from oio.records import Array, Belief, GasReading, Innovation, JointState, seconds
+
+Since = tuple[JointState | GasReading, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,7 +23,7 @@ class Windowed(Belief):
     which its k steps are linearised."""
 
     anchor: Belief
-    since: tuple[JointState | GasReading, ...]
+    since: Since
     path: Array
 
 
@@ -48,19 +50,30 @@ class Window:
         if innovation.gated:
             return belief, innovation
         begun = opened(belief)
-        since, path = (*begun.since, reading), begun.path
-        for _ in range(self.iterations):
-            passed = forward(model, begun.anchor, since, path)
-            before, path = path, backward(passed, path)
-            if passed.moved(path - before) < self.settled_sigmas:
-                break
+        since = (*begun.since, reading)
+        passed, path = self._gone_through(model, begun.anchor, since, begun.path)
         last = passed.beliefs[-1]
         cut = self._cut(since)
         anchor = passed.beliefs[cut - 1] if cut else begun.anchor
         steps = sum(isinstance(sensed, JointState) for sensed in since[:cut])
         return Windowed(last.t_ns, last.mean, last.cov, anchor, since[cut:], path[steps:]), innovation
 
-    def _cut(self, since: tuple[JointState | GasReading, ...]) -> int:
+    def _gone_through(self, model: Model, anchor: Belief, since: Since, path: Array) -> tuple["Passed", Array]:
+        """The last pass and the smoothed states (k, N). Gauss-Newton may run away: a pass that goes farther than the last one is undone."""
+        passed, moved = None, np.inf
+        for _ in range(self.iterations):
+            tried = forward(model, anchor, since, path)
+            smoothed = backward(tried, path)
+            before, moved = moved, tried.moved(smoothed - path)
+            if passed is not None and moved >= before:
+                break
+            passed, path = tried, smoothed
+            if moved < self.settled_sigmas:
+                break
+        assert passed is not None
+        return passed, path
+
+    def _cut(self, since: Since) -> int:
         """How much of the window the anchor absorbs: up to the oldest reading, if there are enough."""
         readings = [i for i, sensed in enumerate(since) if isinstance(sensed, GasReading)]
         return readings[0] + 1 if len(readings) >= self.readings else 0
@@ -92,7 +105,7 @@ def opened(belief: Belief) -> Windowed:
     return Windowed(belief.t_ns, belief.mean, belief.cov, belief, (), np.zeros((0, len(belief.mean))))
 
 
-def forward(model: Model, anchor: Belief, since: tuple[JointState | GasReading, ...], path: Array) -> Passed:
+def forward(model: Model, anchor: Belief, since: Since, path: Array) -> Passed:
     """The Kalman filter over a window whose steps are linearised about `path` (k, N)."""
     passed, linearised_at = Passed(anchor, [], []), iter(path)
     for i, sensed in enumerate(since):
@@ -102,10 +115,10 @@ def forward(model: Model, anchor: Belief, since: tuple[JointState | GasReading, 
             passed.causes.append(step)
             passed.beliefs.append(Belief(sensed.t_ns, *step.forward(before.mean, before.cov)))
             continue
-        expected, row, r = model.measurement(before.mean, sensed)
+        row, residual, r = told(model, before.mean, before.cov, sensed)
         to = before.cov @ row
         s = float(row @ to) + r
-        passed.causes.append((row, (sensed.ppm - expected) / s, to / s))
+        passed.causes.append((row, residual / s, to / s))
         passed.beliefs.append(Belief(sensed.t_ns, *conditioned(model, before.mean, before.cov, sensed)))
     return passed
 

@@ -1,15 +1,18 @@
 """Data simulated from the filter's own model: mean field by `Problem.predict`, fluctuation and noise drawn here."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from oio.arm import smooth
+from oio.batch import Fit
 from oio.fluctuation import Fluctuation
 from oio.knowledge import Knowledge, prior
 from oio.model import Model
 from oio.problem import Layout, Problem
+from oio.records import GasReading, JointState, nanoseconds
 from oio.trace import Sniffs
 from oio.uncertainty import Noise
 
@@ -78,7 +81,7 @@ class Lab:
         element = np.arange(len(at)) % self.elements
         ppm = np.full(len(at), 1.0)
         made = Problem(
-            Sniffs(t, q_seen, at, t[at], element, ppm, np.full(len(at), SIGMA_PPM)),
+            Sniffs(t, q_seen, at, t[at], element, ppm, np.full(len(at), SIGMA_PPM), np.zeros(len(at), dtype=bool)),
             self.arm, self.law, self.elements, RISE_S, FALL_S, self.mean, self.cov,
         )  # fmt: skip
         start = made.predict(theta).along.field.mean_ppm[0]  # the lag has settled where the path begins
@@ -120,3 +123,32 @@ def lab(built):
 @pytest.fixture(scope="session")
 def draw():
     return drawn
+
+
+def searched(made, seconds_s=6.0, narrow=0.3):
+    """A model and a truth, a belief `narrow` times as wide as the prior and off by as much, and (joints, reading or None) from then on.
+
+    The source is believed within centimetres: a filter begins from a map.
+    """
+    theta, lay = made.theta(), made.layout
+    factor = float(np.exp(theta[lay.tau]))
+    gain = tuple(float(g) for g in np.exp(theta[lay.gain]))
+    model = replace(made.model, gain=gain, rise_s=factor * RISE_S, fall_s=factor * FALL_S)
+    sniffs = made.problem(theta, poses=3 + int(seconds_s / 2)).sniffs
+    cov = narrow**2 * made.cov
+    cov[:4, :4] = np.diag([1e-4, 1e-4, 1e-4, 0.04])
+    off = theta + np.linalg.cholesky(cov) @ made.rng.standard_normal(lay.size)
+    belief = model.begin(Fit(lay, off, cov, 0.0, float(sniffs.ppm[0]), NOISE, 1), 0, 5)
+    readings, out = dict(zip(sniffs.at.tolist(), range(len(sniffs.at)), strict=True)), []
+    for i in np.flatnonzero((sniffs.t_s > 0.0) & (sniffs.t_s <= seconds_s)):
+        t_ns, dq = nanoseconds(sniffs.t_s[i]), (sniffs.q[i] - sniffs.q[i - 1]) / STEP_S
+        r = readings.get(int(i))
+        reading = None if r is None else GasReading(t_ns, int(sniffs.element[r]), float(sniffs.ppm[r]), SIGMA_PPM)
+        out.append((JointState(t_ns, sniffs.q[i], dq, np.zeros_like(dq)), reading))
+    return model, theta, belief, out
+
+
+@pytest.fixture(scope="session")
+def search(lab):
+    """search(dof, elements, seed): model, theta, belief and what was sensed from then on."""
+    return functools.cache(lambda dof=3, elements=2, seed=0, **more: searched(lab(dof, elements, seed), **more))
