@@ -3,7 +3,7 @@
 Known things enter as tight priors, so that one fit serves the beacon (s known) and the search (s unknown).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
     for i in range(STEPS):
         theta = problem.mean + root @ u
         expected = problem.predict(theta)
-        along = expected.along if i < SETTLED else along
+        along = expected.along if i < SETTLED else replace(along, variance_ppm2=expected.along.variance_ppm2)
         both = np.column_stack([problem.residual(theta, expected.ppm), expected.rows])
         white = whiten(both, along, noise).rows
         rows, before = white[:, 1:] @ root, float(white[:, 0] @ white[:, 0] + u @ u)
@@ -64,7 +64,9 @@ def _step(
         step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), slope)
         step = step * min(1.0, FARTHEST / max(float(np.max(np.abs(step))), 1e-12))
         theta = problem.mean + root @ (u + step)
-        residual = whiten(problem.residual(theta, problem.expect(theta))[:, None], along, noise).rows[:, 0]
+        h = problem.expect(theta)
+        there = replace(along, variance_ppm2=problem.variance(theta, h))  # a censored reading may have begun to tell something
+        residual = whiten(problem.residual(theta, h)[:, None], there, noise).rows[:, 0]
         after = float(residual @ residual + (u + step) @ (u + step))
         if after <= before:
             return np.asarray(step), damping * 0.2
@@ -77,5 +79,6 @@ def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation) -
     rows = whiten(expected.rows, expected.along, noise).rows @ root
     cov = root @ np.linalg.inv(rows.T @ rows + np.eye(len(theta))) @ root.T
     u = np.linalg.solve(root, theta - problem.mean)
-    fit = whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise).minus_2_log_likelihood
+    white = whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise)
+    fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi has no density
     return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oio import censored
 from oio.arm import Arm
 from oio.fluctuation import Along
 from oio.ranging import LAW, RangeLaw, concentration, lagged
@@ -102,7 +103,8 @@ class Problem:
         rows = self._rows(gain, f[sn.at], df[sn.at], df_tau[sn.at])
         if start > 0.0:
             self._add_start(rows, gain * np.cumprod(np.exp(-dt / tau))[sn.at], start, float(gain[0]))
-        return Expected(gain * f[sn.at], rows, float(f[-1]), Along(field, dt, tau, sn.at, gain, sn.sigma_ppm**2))
+        h = gain * f[sn.at]
+        return Expected(h, rows, float(f[-1]), Along(field, dt, tau, sn.at, gain, self.variance(theta, h)))
 
     def expect(self, theta: Array) -> Array:
         """The expected readings alone, without offsets (m,) ppm: half the work of `predict`."""
@@ -139,5 +141,13 @@ class Problem:
         rows[:, lay.gain.start + e] -= left * start
 
     def residual(self, theta: Array, h: Array) -> Array:
-        """Readings minus expectation (m,) ppm."""
-        return self.sniffs.ppm - h - theta[self.layout.baseline][self.sniffs.element]
+        """Readings minus expectation (m,) ppm; of a censored one what `oio.censored` makes of it."""
+        sn = self.sniffs
+        return censored.residual(self._miss(theta, h), sn.sigma_ppm, sn.censored)
+
+    def variance(self, theta: Array, h: Array) -> Array:
+        """White variance of the readings (m,) ppm^2; what a censored one tells hangs on what is expected."""
+        return censored.variance(self._miss(theta, h), self.sniffs.sigma_ppm, self.sniffs.censored)
+
+    def _miss(self, theta: Array, h: Array) -> Array:
+        return np.asarray(self.sniffs.ppm - h - theta[self.layout.baseline][self.sniffs.element])

@@ -80,12 +80,13 @@ WorldSample = JointState | GasSample | Truth | Event
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GasReading:
-    """One reading in ppm with its standard uncertainty for white sensor noise alone."""
+    """One reading in ppm with its standard uncertainty for white sensor noise alone; a censored one says "not more than `ppm`"."""
 
     t_ns: int
     element: int
     ppm: float
     sigma_ppm: float
+    censored: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -74,13 +74,14 @@ class Trace:
             element=np.array([r.element for r in kept], dtype=np.int64),
             ppm=np.array([r.ppm for r in kept]),
             sigma_ppm=np.array([r.sigma_ppm for r in kept]),
+            censored=np.array([r.censored for r in kept], dtype=np.bool_),
         )
         return whole.between(float(times[0]), np.inf)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sniffs:
-    """A path t_s (k,), q (k, n) and readings on it: index into the path, time, element, ppm, sigma_ppm, each (m,).
+    """A path t_s (k,), q (k, n) and readings on it: index into the path, time, element, ppm, sigma_ppm, censored, each (m,).
 
     The path begins at the first reading, which says what the lagging sensor felt then: what came before left no other trace.
     """
@@ -92,6 +93,7 @@ class Sniffs:
     element: NDArray[np.int64]
     ppm: Array
     sigma_ppm: Array
+    censored: NDArray[np.bool_]
 
     def between(self, begin_s: float, end_s: float) -> "Sniffs":
         """The part with begin_s <= t <= end_s, from its first reading on; raises NotObservable if it has none."""
@@ -102,11 +104,14 @@ class Sniffs:
         path = slice(first, int(np.searchsorted(self.t_s, end_s, side="right")))
         return Sniffs(
             self.t_s[path], self.q[path], self.at[kept] - first, self.reading_t_s[kept],
-            self.element[kept], self.ppm[kept], self.sigma_ppm[kept],
+            self.element[kept], self.ppm[kept], self.sigma_ppm[kept], self.censored[kept],
         )  # fmt: skip
 
     def without(self, begin_s: float, end_s: float) -> "Sniffs":
         """The same path without the readings of begin_s <= t <= end_s; the first reading stays."""
         kept = (self.reading_t_s < begin_s) | (self.reading_t_s > end_s)
         kept[0] = True
-        return Sniffs(self.t_s, self.q, self.at[kept], self.reading_t_s[kept], self.element[kept], self.ppm[kept], self.sigma_ppm[kept])
+        return Sniffs(
+            self.t_s, self.q, self.at[kept], self.reading_t_s[kept],
+            self.element[kept], self.ppm[kept], self.sigma_ppm[kept], self.censored[kept],
+        )  # fmt: skip

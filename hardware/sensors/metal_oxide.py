@@ -21,6 +21,11 @@ class MetalOxide(Nose):
     def _full(self) -> int:
         return (1 << self.adc_bits) - 1
 
+    @property
+    def lowest_raw(self) -> float:
+        """One count: below it the law has no resistance."""
+        return 1.0
+
     def raw(self, ppm: float) -> float:
         """ppm (above clean air) to counts."""
         return self._counts(self.r0_ohm * self.law_a * (max(ppm, 0.0) + self.air_ppm) ** -self.law_b)

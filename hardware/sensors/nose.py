@@ -104,7 +104,12 @@ class Nose:
                 f"a sample of element {sample.element} with raw={sample.raw} reached sensor '{self.name}' ({self.elements} elements)."
             )
         ppm = self.ppm_from_raw(sample.raw)
-        return GasReading(sample.t_ns, sample.element, ppm, self.sigma_ppm(ppm))
+        return GasReading(sample.t_ns, sample.element, ppm, self.sigma_ppm(ppm), sample.raw <= self.lowest_raw)
+
+    @property
+    def lowest_raw(self) -> float:
+        """The electronics' lower rail: a value there says only that the concentration is not more than that."""
+        return 0.0
 
     def unit(self, truth: np.random.Generator, noise: np.random.Generator) -> "Specimen":
         """A simulated specimen: its spread is drawn from `truth`, its noise from `noise`."""

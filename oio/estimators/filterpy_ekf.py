@@ -3,7 +3,7 @@
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from oio.estimators.joseph import surprise
+from oio.estimators.joseph import surprise, told
 from oio.model import Model
 from oio.records import Belief, GasReading, Innovation, JointState, seconds
 from oio.settings import in_range, settings
@@ -32,9 +32,9 @@ class FilterpyEkf:
         innovation = surprise(model, belief, reading, self.gate_nis)
         if innovation.gated:
             return belief, innovation
-        expected, row, r = model.measurement(belief.mean, reading)
+        row, residual, r = told(model, belief.mean, belief.cov, reading)
         ekf = _loaded(belief)
-        ekf.update(np.array([reading.ppm]), lambda _: row[None, :], lambda _: np.array([expected]), R=np.array([[r]]))
+        ekf.update(np.array([residual]), lambda _: row[None, :], lambda _: np.zeros(1), R=np.array([[r]]))
         return Belief(reading.t_ns, ekf.x, 0.5 * (ekf.P + ekf.P.T)), innovation
 
 

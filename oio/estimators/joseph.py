@@ -5,6 +5,7 @@ import math
 import numba
 import numpy as np
 
+from oio.censored import matched
 from oio.model import Model
 from oio.records import Array, Belief, GasReading, Innovation
 
@@ -22,18 +23,27 @@ def surprise(model: Model, belief: Belief, reading: GasReading, gate_nis: float)
     """The innovation alone. A missed reading (NaN or infinite) is gated and has no residual: 0."""
     missed = not (math.isfinite(reading.ppm) and math.isfinite(reading.sigma_ppm))
     seen = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if missed else reading
-    expected, row, r = model.measurement(belief.mean, seen)
+    row, residual, r = told(model, belief.mean, belief.cov, seen)
     s = float(row @ belief.cov @ row) + r
-    residual = 0.0 if missed else reading.ppm - expected
+    residual = 0.0 if missed else residual
     gated = missed or residual * residual > gate_nis * s
     return Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
 
 
 def conditioned(model: Model, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, Array]:
     """Mean (N,) and cov (N, N) after one reading."""
-    expected, row, r = model.measurement(mean, reading)
-    mean, cov = joseph(mean, cov, row, reading.ppm - expected, r)
+    row, residual, r = told(model, mean, cov, reading)
+    mean, cov = joseph(mean, cov, row, residual, r)
     return mean, cov
+
+
+def told(model: Model, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, float, float]:
+    """H (N,), residual [ppm] and R [ppm^2] of a reading; a censored one is matched to the normal that is cut off at its limit."""
+    expected, row, r = model.measurement(mean, reading)
+    residual = reading.ppm - expected
+    if reading.censored:
+        residual, r = matched(residual, float(row @ cov @ row) + r, r)
+    return row, residual, r
 
 
 @numba.njit(cache=True)
