@@ -132,6 +132,6 @@ def backward(passed: Passed, path: Array) -> Array:
             costate, k = cause.back(costate), k - 1
             smoothed[k] = before.mean - before.cov @ costate
         else:
-            row, told, gain = cause
-            costate = costate - row * (told + float(gain @ costate))
+            row, pull, gain = cause
+            costate = costate - row * (pull + float(gain @ costate))
     return smoothed
