@@ -14,7 +14,8 @@ HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on 
   python -m oio.figures RUN                             a picture of a run
   python -m oio.run sensor=ec dof=5 --cfg job           every number that a run would use
 """
-GROUPS = ("sensor", "profile", "air", "backend", "recording", "arm", "ekf", "search", "stage")
+GROUPS = ("sensor", "profile", "air", "backend", "recording", "arm", "ekf", "search", "stage", "experiment")
+NOTES = {"stage": "[...]  in this order; leave some out", "experiment": "  typed with a plus: +experiment=..."}
 PLAIN = ("dof", "assembly", "seed", "source.position", "beacon.position")
 PLAIN_TEXT = {
     "dof": "1, 2, 3 or 5: rung of the DoF ladder, how many joints move",
@@ -33,7 +34,7 @@ def show_help(conf: Path) -> None:
         table = Table.grid(padding=(0, 2))
         for name, text in choices(conf, group):
             table.add_row(f"  {name}", text)
-        console.print(f"[bold]{group}=[/bold]" + ("[...]  in this order; leave some out" if group == "stage" else ""))
+        console.print(f"[bold]{group}=[/bold]" + NOTES.get(group, ""))
         console.print(table)
     for key in PLAIN:
         console.print(f"[bold]{key}=[/bold]  {PLAIN_TEXT[key]}")
@@ -51,5 +52,7 @@ def _first_comment(path: Path) -> str:
     for line in path.read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             break
+        if line.startswith("# @package"):  # Hydra wants it on the first line
+            continue
         text = f"{text} {line.lstrip('# ')}".strip()
     return re.split(r"(?<=[a-z)\d])\.\s", f"{text} ", maxsplit=1)[0].rstrip(". ") + "."

@@ -7,6 +7,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from oio.table_1 import Published
+
 Row = Mapping[str, Any]
 
 
@@ -46,4 +48,21 @@ def show_groups(summaries: Sequence[Row], console: Console) -> None:
             sensor, str(dof), air, f"{1e3 * f['cold_m']:.1f}", f"{1e3 * f['calibrated_m']:.1f}", f"{1e3 * f['p90_m']:.1f}",
             f"{f['beats']:.0f} of {len(runs)}", f"{100 * f['covered']:.0f} %", f"{f['time_s']:.0f}",
         )  # fmt: skip
+    console.print(table)
+
+
+def show_table_1(summaries: Sequence[Row], published: Mapping[str, Published], console: Console) -> None:
+    """Medians over seeds of calibration time and error of every sensor, beside the paper's; for `+experiment=table_1`."""
+    runs: dict[str, list[Row]] = {}
+    for s in summaries:
+        if s["calibration"]:
+            runs.setdefault(s["sensor"], []).append(s["calibration"])
+    table = Table(title="Table I: medians over seeds, beside the paper's", title_justify="left")
+    for head in ("sensor", "seeds", "total calibration time, s", "paper", "error, ppm", "paper"):
+        table.add_column(head, justify="left" if head == "sensor" else "right")
+    for sensor, found in runs.items():
+        paper = published.get(sensor)
+        time_s, error_ppm = (float(np.median([c[key] for c in found])) for key in ("time_s", "error_ppm"))
+        theirs = ("-", "-") if paper is None else (f"{paper.time_s:g}", f"{paper.error_ppm:g}")
+        table.add_row(sensor, str(len(found)), f"{time_s:.0f}", theirs[0], f"{error_ppm:.1f}", theirs[1])
     console.print(table)

@@ -6,8 +6,11 @@ from typing import Any
 
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
+from rich.console import Console
 
 from oio.console import show_sweep
+from oio.groups import show_table_1
+from oio.table_1 import table_1
 
 
 class SweepTable(Callback):
@@ -21,6 +24,9 @@ class SweepTable(Callback):
         rows = sweep_rows(folder)
         SweepTable.failed = sum(row["state"] != "done" for row in rows)
         show_sweep(rows, str(folder))
+        if config.hydra.runtime.choices.get("experiment") == "table_1":
+            conf = next(Path(source.path) for source in config.hydra.runtime.config_sources if source.provider == "main")
+            show_table_1([row["summary"] for row in rows if row["summary"]], table_1(conf), Console())
 
 
 def sweep_rows(folder: Path) -> list[dict[str, Any]]:

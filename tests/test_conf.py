@@ -69,7 +69,7 @@ def test_every_recording_makes_a_backend(built, recording):
 
 @pytest.mark.parametrize("stage", names("stage"))
 def test_every_stage_keeps_its_promises(built, stage):
-    check_stage(built("stage")[stage])
+    check_stage(built("stage", f"stage=[{stage}]")[stage])
 
 
 def test_the_default_stages_are_in_order_and_a_wrong_order_is_not(built):

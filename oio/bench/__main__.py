@@ -7,18 +7,20 @@ from collections.abc import Callable
 
 from rich.console import Console
 
-from oio.bench import accuracy
+from oio.bench import accuracy, drift, filters
 from oio.bench.words import SOURCE
 from oio.errors import BadInput
 from oio.refusals import as_known
 from oio.run import CONF
 
-COMMANDS: dict[str, Callable[[list[str]], None]] = {"accuracy": accuracy.run}
+COMMANDS: dict[str, Callable[[list[str]], None]] = {"accuracy": accuracy.run, "drift": drift.run, "filters": filters.run}
 HEADER = """[bold]Benchmarks[/bold] of olfactory inertial odometry, over many seeds:
 
   python -m oio.bench accuracy                              all sensors, airs and rungs
   python -m oio.bench accuracy sensor=ec air=still,draft dof=5 seeds=0:100 jobs=4
   python -m oio.bench accuracy ekf=ekf,paper stage.navigate.max_moves=40
+  python -m oio.bench drift                                 the nose after 1, 5 and 30 minutes, against dead reckoning
+  python -m oio.bench filters                               microseconds per step, against filterpy
 """
 
 

@@ -13,14 +13,15 @@ from oio.bench.parallel import as_they_come
 from oio.bench.row import Row, rows
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.table import show
-from oio.bench.table_1 import table_1
 from oio.bench.trial import attempt, setting
 from oio.bench.words import Words, read
 from oio.choices import choices
 from oio.errors import BadInput, OioError
 from oio.run import CONF
+from oio.table_1 import table_1
 
 GROUPS = ("sensor", "air", "search", "ekf")
+PER_JOB = 4  # trials that a worker gets at a time: most of one case, so that it seldom composes another
 TABLE, TRIALS, FIGURE = "accuracy.csv", "trials.csv", "accuracy.png"
 
 
@@ -79,7 +80,7 @@ def gathered(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseExcepti
     sheet = Sheet(out / TRIALS, _TRIAL_FIELDS)  # in the order of coming: what a killed benchmark leaves
     tasks = [((*case.words, *plan.overrides), seed) for case, seed in plan.tasks]
     try:
-        for number, (document, reason) in as_they_come(attempt, tasks, jobs, "trials"):
+        for number, (document, reason) in as_they_come(attempt, tasks, jobs, "trials", PER_JOB):
             found[number] = scored(*plan.tasks[number], document, reason, plan.false_mm)
             sheet.add(_record(found[number]))
     except KeyboardInterrupt as asked:
@@ -96,7 +97,7 @@ def summed_up(trials: list[Trial], out: Path) -> None:
     """accuracy.csv, accuracy.png, and the table on the screen."""
     from oio.figures.accuracy import draw  # here: matplotlib takes a second, and workers need none of it
 
-    found = rows(trials, table_1())
+    found = rows(trials, table_1(CONF))
     write(out / TABLE, [*Case._fields, *names(Row)], ({**case._asdict(), **asdict(row)} for case, row in found.items()))
     draw(trials, found, out / FIGURE)
     show(found, Counter(trial.reason for trial in trials if trial.score is None), str(out))

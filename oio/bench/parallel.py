@@ -9,16 +9,16 @@ from joblib import Parallel, delayed, parallel_config
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-PER_JOB = 4  # tasks that a worker gets at a time
 
-
-def as_they_come(work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], jobs: int, what: str) -> Iterator[tuple[int, Any]]:
-    """(number of the task, work(*task)) in any order; threads of linear algebra are one per worker."""
+def as_they_come(
+    work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], jobs: int, what: str, at_a_time: int = 1
+) -> Iterator[tuple[int, Any]]:
+    """(number of the task, work(*task)) in any order; a worker gets so many at a time, and one thread of linear algebra."""
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     bar = Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty())
     with bar, parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1, initializer=_leave_ctrl_c_to_the_parent):
         numbered = (delayed(_numbered)(work, i, task) for i, task in enumerate(tasks))
-        results = Parallel(return_as="generator_unordered", batch_size=PER_JOB, pre_dispatch="2*n_jobs")(numbered)
+        results = Parallel(return_as="generator_unordered", batch_size=at_a_time, pre_dispatch="2*n_jobs")(numbered)
         try:
             yield from bar.track(results, total=len(tasks), description=what)
         finally:

@@ -27,7 +27,7 @@ def show(rows: Mapping[Case, Row], failures: Mapping[str, int], where: str) -> N
     for name in varying:
         table.add_column(name, no_wrap=True)
     for head in HEADS:
-        table.add_column(head, justify="right", no_wrap=True)
+        table.add_column(escape(head), justify="right", no_wrap=True)
     for case, row in rows.items():
         table.add_row(*(str(getattr(case, name)) for name in varying), *_cells(row))
     console = Console(soft_wrap=True)

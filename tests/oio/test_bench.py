@@ -17,7 +17,6 @@ from oio.bench.parallel import as_they_come
 from oio.bench.row import Row, rows
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.statistics import anees_band, rms_ratio, wilson
-from oio.bench.table_1 import Published
 from oio.bench.trial import attempt, experiment, run_trial, setting
 from oio.bench.words import defaults, read
 from oio.errors import BadInput
@@ -25,6 +24,7 @@ from oio.experiment import execute
 from oio.log import MemoryLog
 from oio.records import Event, GasSample
 from oio.run import build
+from oio.table_1 import Published
 
 SHORT = (
     "sensor=ndir", "air=steady", "dof=3", "search=d_optimal", "ekf=ekf", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",
@@ -130,7 +130,7 @@ def few(tmp_path, monkeypatch, in_memory):
         return (None, "it rained") if seed == 1 else (in_memory, "")
 
     monkeypatch.setattr(accuracy, "attempt", made_up)
-    monkeypatch.setattr(accuracy, "as_they_come", lambda work, tasks, jobs, what: ((i, work(*t)) for i, t in reversed([*enumerate(tasks)])))
+    monkeypatch.setattr(accuracy, "as_they_come", lambda work, tasks, *_: ((i, work(*t)) for i, t in reversed([*enumerate(tasks)])))
     return tmp_path / "out"
 
 
@@ -146,7 +146,7 @@ def test_the_command_leaves_tables_and_a_figure(few, capsys):
 
 
 def test_what_is_done_is_saved_when_it_is_stopped(few, monkeypatch, capsys, in_memory):
-    def stopped(work, tasks, jobs, what):
+    def stopped(work, tasks, *_):
         yield 2, (in_memory, "")
         yield 0, (in_memory, "")
         raise KeyboardInterrupt

@@ -1,10 +1,9 @@
 """Table I of the paper, to compare with."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 import yaml
-
-from oio.run import CONF
 
 
 class Published(NamedTuple):
@@ -14,7 +13,7 @@ class Published(NamedTuple):
     error_ppm: float
 
 
-def table_1() -> dict[str, Published]:
-    """By sensor."""
-    rows = yaml.safe_load((CONF / "table_1.yaml").read_text(encoding="utf-8"))
+def table_1(conf: Path) -> dict[str, Published]:
+    """By sensor, from the folder of the configuration."""
+    rows = yaml.safe_load((conf / "table_1.yaml").read_text(encoding="utf-8"))
     return {sensor: Published(**row) for sensor, row in rows.items()}

@@ -1,0 +1,64 @@
+"""`python -m oio.bench drift`: what the filter makes of drifting encoders, against dead reckoning, minutes after it began."""
+
+import itertools
+from dataclasses import asdict
+from pathlib import Path
+
+from oio.bench.drift_table import Row, Trials, rows, show
+from oio.bench.drift_trial import SOURCES, Case, Times, attempt
+from oio.bench.folder import claimed, names, write
+from oio.bench.nose import Off
+from oio.bench.parallel import as_they_come
+from oio.bench.trial import setting
+from oio.bench.words import Words, read
+from oio.errors import BadInput
+
+TABLE, TRIALS, FIGURE = "drift.csv", "trials.csv", "drift.png"
+
+
+def run(arguments: list[str]) -> None:
+    """The command."""
+    words = read("drift", arguments)
+    times = Times(tuple(sorted(float(t) for t in words.wholes("after_s"))), words.number("window_s"), words.number("dwell_s"))
+    cases = planned(words, times)
+    tasks = list(itertools.product(cases, words.wholes("seeds")))
+    out = claimed(words.own["out"], "drift", (TABLE, TRIALS, FIGURE))
+    work = [((*case.words(times.after_s[-1]), *words.overrides), case.source, seed, times) for case, seed in tasks]
+    found: dict[int, tuple[list[Off], str]] = {}
+    stop: BaseException | None = None
+    try:
+        found.update(as_they_come(attempt, work, words.whole("jobs", 1), "drift"))
+    except KeyboardInterrupt as asked:
+        stop = asked
+    if found:
+        summed_up([(*tasks[i], *found[i]) for i in sorted(found)], times, out)
+    if stop is not None:
+        raise stop
+
+
+def planned(words: Words, times: Times) -> list[Case]:
+    """All cases, each built; raises BadInput before anything is run."""
+    strange = [source for source in words.several("source") if source not in SOURCES]
+    if strange or min(words.wholes("dof")) < 3:
+        raise BadInput(
+            f"source={words.own['source']} dof={words.own['dof']} was given, but source is a list of {', '.join(SOURCES)}, "
+            f"and a nose needs three joints to be found. Type e.g. source=known dof=5."
+        )
+    lists = words.several("sensor"), words.several("air"), words.wholes("dof"), words.several("ekf"), words.several("source")
+    cases = [Case(*values) for values in itertools.product(*lists)]
+    for case in cases:
+        setting((*case.words(times.after_s[-1]), *words.overrides))
+    return cases
+
+
+def summed_up(trials: Trials, times: Times, out: Path) -> None:
+    """drift.csv, trials.csv, drift.png, and the table on the screen."""
+    from oio.figures.drift import draw
+
+    lines = [{**case._asdict(), "seed": seed, **asdict(at)} for case, seed, ats, _ in trials for at in ats]
+    failed = [{**case._asdict(), "seed": seed, "reason": reason} for case, seed, ats, reason in trials if reason]
+    write(out / TRIALS, [*Case._fields, "seed", *names(Off), "reason"], [*lines, *failed])
+    found = {case: rows([t for t in trials if t[0] == case], times) for case in dict.fromkeys(t[0] for t in trials)}
+    write(out / TABLE, [*Case._fields, *names(Row)], ({**case._asdict(), **asdict(row)} for case, rs in found.items() for row in rs))
+    draw({case: [ats for c, _, ats, _ in trials if c == case] for case in found}, out / FIGURE)
+    show(found, sorted({reason for *_, reason in trials if reason}), str(out))

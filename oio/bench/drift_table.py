@@ -1,0 +1,66 @@
+"""Trials of `drift` summed up, and their table on the screen."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from oio.bench.drift_trial import Case, Times
+from oio.bench.nose import Off
+
+Trials = Sequence[tuple[Case, int, list[Off], str]]  # case, seed, figures, why there are none
+HEADS = ("after [s]", "n", "failed", "filter [mm]", "worst", "claimed", "in 95 % [%]", "dead reckoning [mm]", "ratio")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Medians over seeds; `inside_95` is the share of instants and seeds."""
+
+    after_s: float
+    trials: int
+    failed: int
+    nose_mm: float
+    worst_mm: float
+    dead_reckoning_mm: float
+    gain: float  # dead reckoning / filter
+    claimed_mm: float
+    inside_95: float
+
+
+def rows(trials: Trials, times: Times) -> list[Row]:
+    """One for each time asked for."""
+    return [_row(trials, t) for t in times.after_s]
+
+
+def _row(trials: Trials, after_s: float) -> Row:
+    ats = [at for _, _, found, _ in trials for at in found if at.after_s == after_s]
+    if not ats:
+        return Row(after_s, len(trials), len(trials), *[math.nan] * 6)
+    nose, dead = np.array([at.nose_mm for at in ats]), np.array([at.dead_reckoning_mm for at in ats])
+    return Row(
+        after_s, len(trials), len(trials) - len(ats), float(np.median(nose)), float(np.max(nose)), float(np.median(dead)),
+        float(np.median(dead) / np.median(nose)), float(np.median([at.claimed_mm for at in ats])),
+        float(np.mean([at.inside_95 for at in ats])),
+    )  # fmt: skip
+
+
+def show(found: Mapping[Case, list[Row]], reasons: Sequence[str], where: str) -> None:
+    """Nose errors at the times asked for."""
+    table = Table(title="error of the nose's position, medians over seeds", title_justify="left", box=box.SIMPLE_HEAD)
+    for head in (*Case._fields, *HEADS):
+        table.add_column(escape(head), justify="left" if head in Case._fields else "right", no_wrap=True)
+    for case, rs in found.items():
+        for r in rs:
+            figures = f"{r.nose_mm:.1f}", f"{r.worst_mm:.1f}", f"{r.claimed_mm:.1f}", f"{100 * r.inside_95:.0f}"
+            counts = f"{r.after_s:g}", str(r.trials), str(r.failed)
+            table.add_row(*map(str, case), *counts, *figures, f"{r.dead_reckoning_mm:.1f}", f"{r.gain:.1f}")
+    console = Console(soft_wrap=True)
+    Console(width=max(console.width, Console(width=400).measure(table).maximum)).print(table)
+    for reason in reasons:
+        console.print(f"failed: {escape(reason)}")
+    console.print(f"tables and figure are in {escape(where)}")

@@ -1,0 +1,78 @@
+"""One trial of `drift`: calibrate, then sniff about the beacon or search, and see how far off the nose is believed to be."""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from oio.bench.hover import Hover, Hovered
+from oio.bench.nose import NoseLog, Off, errors, off
+from oio.bench.trial import experiment
+from oio.calibration import Navigation
+from oio.experiment import Experiment
+from oio.pipeline import run_stages
+from oio.protocols import Stage
+from oio.refusals import as_known
+from oio.run import CONF
+
+CALIBRATION = ("warm_up", "baseline", "calibrate_bouts", "map_beliefs", "assemble_qr")
+SOURCES = ("known", "unknown")
+STEP_S = 20.0  # between the points of the figure
+
+
+class Case(NamedTuple):
+    """What trials have in common but for their seed."""
+
+    sensor: str
+    air: str
+    dof: int
+    ekf: str
+    source: str
+
+    def words(self, until_s: float) -> tuple[str, ...]:
+        """As overrides of the configuration."""
+        own = (f"{key}={getattr(self, key)}" for key in ("sensor", "air", "dof", "ekf"))
+        return ("+experiment=drift", *own, f"stage.navigate.max_s={until_s}")
+
+
+@dataclass(frozen=True)
+class Times:
+    """Seconds: at which to look, over how long before, and how long a sniff about the beacon lasts."""
+
+    after_s: tuple[float, ...]
+    window_s: float
+    dwell_s: float
+
+
+def attempt(words: tuple[str, ...], source: str, seed: int, times: Times) -> tuple[list[Off], str]:
+    """Figures every STEP_S and at the times asked for, or none and why."""
+    try:
+        return run_trial(words, source, seed, times), ""
+    except Exception as error:
+        return [], str(as_known(error, CONF) or repr(error))
+
+
+def run_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> list[Off]:
+    """Calibrate, then hover about the beacon or search, and look at the nose."""
+    built, log = experiment(words, seed), NoseLog()
+    stages: dict[str, Stage] = {name: built.stages[name] for name in CALIBRATION}
+    stages[source] = _hover(built, times) if source == "known" else built.stages["navigate"]
+    with tempfile.TemporaryDirectory() as folder, built.backend.open() as world:
+        results = run_stages(stages, world, built.arm, log, Path(folder), seed)
+    ended = results[Hovered if source == "known" else Navigation]
+    assert isinstance(ended, Hovered | Navigation)
+    found = errors(log, built.arm, ended.began_ns)
+    ticks = sorted({*times.after_s, *np.arange(STEP_S, times.after_s[-1], STEP_S).tolist()})
+    return [figures for t in ticks if (figures := off(found, t, times.window_s)) is not None]
+
+
+def _hover(built: Experiment, times: Times) -> Hover:
+    navigate: Any = built.stages["navigate"]
+    mapped: Any = built.stages["map_beliefs"]
+    return Hover(
+        sensor=built.sensor, arm=built.arm, estimator=navigate.estimator, belief_map=navigate.belief_map,
+        place=np.array(mapped.beacon.position), near_m=mapped.beacon.near_m, distances_m=mapped.distances_m,
+        dwell_s=times.dwell_s, for_s=times.after_s[-1],
+    )  # fmt: skip

@@ -1,0 +1,106 @@
+"""`python -m oio.bench filters`: microseconds per step, a prediction and an update, beside filterpy's filter on the same matrices."""
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from oio.bench.folder import claimed, names, write
+from oio.bench.steps import Course, begun, course, filterpy_alone, matrices, model_alone
+from oio.bench.trial import setting
+from oio.bench.words import Words, read
+from oio.choices import choices
+from oio.errors import BadInput
+from oio.protocols import Estimator
+from oio.run import CONF
+
+TABLE = "filters.csv"
+HEADS = ("filter", "step [us]", "filterpy's algebra [us]", "ratio", "filterpy with the model [us]", "ratio")
+
+
+@dataclass(frozen=True)
+class Row:
+    """Microseconds per step. filterpy's algebra has its matrices ready-made; with the model it has to ask for them once, as users must."""
+
+    ekf: str
+    step_us: float
+    filterpy_us: float
+    ratio: float
+    filterpy_with_model_us: float
+    ratio_with_model: float
+
+
+def run(arguments: list[str]) -> None:
+    """The command."""
+    words = read("filters", arguments)
+    chosen = [name for name, _ in choices(CONF, "ekf")] if words.own["ekf"] == "null" else list(words.several("ekf"))
+    steps, repeats, dof = words.whole("steps", 1), words.whole("repeats", 1), words.own["dof"]
+    if dof not in ("3", "5"):
+        raise BadInput(f"dof={dof} was given, but the course of the filters takes three or five joints. Type e.g. dof=5.")
+    estimators = {name: _estimator(words, name) for name in chosen}
+    out = claimed(words.own["out"], "filters", (TABLE,))
+    found = timed(estimators, course(setting(_words(words, chosen[0]))[1], steps), repeats)
+    write(out / TABLE, names(Row), map(asdict, found))
+    show(found, str(out))
+
+
+def timed(estimators: dict[str, Estimator], way: Course, repeats: int) -> list[Row]:
+    """All filters on one course, in one process."""
+    ready = matrices(way)
+    filterpy_us = _fastest(lambda: filterpy_alone(way, ready), repeats, way)
+    model_us = _fastest(lambda: model_alone(way, ready), repeats, way)
+    return [_row(name, _fastest(_steps(estimator, way), repeats, way), filterpy_us, model_us) for name, estimator in estimators.items()]
+
+
+def _row(name: str, step_us: float, filterpy_us: float, model_us: float) -> Row:
+    both_us = filterpy_us + model_us
+    return Row(name, step_us, filterpy_us, step_us / filterpy_us, both_us, step_us / both_us)
+
+
+def _steps(estimator: Estimator, way: Course) -> Callable[[], None]:
+    def all_of_them() -> None:
+        belief = begun(estimator, way)
+        for joints, reading in zip(way.joints, way.readings, strict=True):
+            belief = estimator.predict(way.model, belief, joints)
+            belief, _ = estimator.update(way.model, belief, reading)
+
+    return all_of_them
+
+
+def _fastest(work: Callable[[], None], repeats: int, way: Course) -> float:
+    """Microseconds per step of the fastest of so many passes, after one that compiles."""
+    work()
+    spent_s = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        work()
+        spent_s.append(time.perf_counter() - began)
+    return 1e6 * min(spent_s) / len(way.joints)
+
+
+def _words(words: Words, ekf: str) -> tuple[str, ...]:
+    return f"sensor={words.own['sensor']}", f"dof={words.own['dof']}", f"ekf={ekf}", *words.overrides
+
+
+def _estimator(words: Words, name: str) -> Estimator:
+    found = getattr(setting(_words(words, name))[1].stages.get("navigate"), "estimator", None)
+    if not isinstance(found, Estimator):
+        raise BadInput("stage= was given without 'navigate', whose filter is measured. Leave stage= out.")
+    return found
+
+
+def show(found: list[Row], where: str) -> None:
+    """The table."""
+    table = Table(title="one step: a prediction and an update", title_justify="left", box=box.SIMPLE_HEAD)
+    for head in HEADS:
+        table.add_column(escape(head), justify="left" if head == "filter" else "right")
+    for r in found:
+        filterpy = f"{r.filterpy_us:.0f}", f"{r.ratio:.2f}", f"{r.filterpy_with_model_us:.0f}", f"{r.ratio_with_model:.2f}"
+        table.add_row(r.ekf, f"{r.step_us:.0f}", *filterpy)
+    console = Console(soft_wrap=True)
+    Console(width=max(console.width, 110)).print(table)
+    console.print(f"the table is in {escape(where)}")

@@ -1,0 +1,38 @@
+"""The filter before and after calibration on the same samples, read back from the log and drawn."""
+
+from typing import ClassVar
+
+from oio.arm import Arm
+from oio.beliefs import BeliefMap
+from oio.calibration import Calibration, Navigation
+from oio.figures.ekf import draw
+from oio.odometry import Odometry
+from oio.pipeline import Context
+from oio.protocols import Estimator, Sensor
+from oio.rerun import Rerun, Variant
+from oio.settings import settings
+from oio.stop import StopRule
+from oio.tracks import Tracks, tracks
+
+
+@settings
+class DrawEkf:
+    """Writes figure_ekf.png beside the log."""
+
+    needs: ClassVar[tuple[type, ...]] = (Calibration, Navigation)
+    sensor: Sensor
+    arm: Arm
+    estimator: Estimator
+    belief_map: BeliefMap
+    stop: StopRule  # as navigate's
+
+    def run(self, context: Context) -> Tracks:
+        """Both filters make their maps when the search made them."""
+        known, search = context.need(Calibration), context.need(Navigation)
+        starts = {"cold": known.cold, "calibrated": known.chosen}
+        variants = {name: Variant(Odometry(self.estimator, start, self.belief_map)) for name, start in starts.items()}
+        rerun = Rerun(variants, self.sensor, search, self.stop)
+        found = tracks(rerun, self.arm, context.log.samples(search.began_ns, search.ended_ns))
+        draw(found, context.out / "figure_ekf.png")
+        context.log.progress(context.world.t_ns, "figure_ekf.png", "drawn")
+        return found
