@@ -64,7 +64,7 @@ def _coverage(axes: "Axes", here: Mapping[Who, Any]) -> None:
     for x, (_, row) in enumerate(here.values()):
         axes.plot([x, x], [100 * row.covered_low, 100 * row.covered_high], color=CALIBRATED, lw=1.6)
         axes.plot(x, 100 * row.covered, "o", color=CALIBRATED, ms=5)
-    axes.set_ylim(0, 105)
+    axes.set_ylim(-8, 108)
     axes.set_yticks([0, 50, 95], ["0 %", "50 %", "95 %"])
 
 
