@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oio.errors import BadInput
+from oio.inverse import reached
 from oio.kinematics import nose_and_jacobian
 from oio.mjcf import Chain, read_chain
 from oio.records import Array
@@ -143,33 +144,38 @@ class Arm:
             )
         return q
 
-    def duration_s(self, q_from: Array, q_to: Array) -> float:
-        """Seconds for a smooth move: the peak of a minimum-jerk profile is 1.875 times its mean speed (Flash & Hogan 1985)."""
-        joints = np.max(np.abs(q_to - q_from)) / self.joint_speed
-        nose = np.linalg.norm(self.nose(q_to) - self.nose(q_from)) / self.nose_speed_m_s
-        return float(1.875 * max(joints, nose))
+    def duration_s(self, q_from: Array, q_to: Array) -> Array:
+        """Seconds (...) for smooth moves to q_to (..., n): a minimum-jerk profile peaks at 1.875 times its mean speed (Flash & Hogan 1985)."""
+        joints = np.max(np.abs(q_to - q_from), axis=-1) / self.joint_speed
+        nose = np.linalg.norm(self.nose(q_to) - self.nose(q_from), axis=-1) / self.nose_speed_m_s
+        return np.asarray(1.875 * np.maximum(joints, nose))
 
     def reach(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> Array | None:
         """Joints (n,) that bring the nose within tolerance_m of p_m (3,), by damped least squares from q_from; None if it cannot."""
-        q = np.array(q_from, dtype=float)
-        for _ in range(60):
-            p, jacobian = self.nose_jacobian(q)
-            miss = p_m - p
-            if np.linalg.norm(miss) < tolerance_m:
-                return q if self.inside(q) else None
-            step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 1e-4 * np.eye(3), miss)
-            q = np.clip(q + np.clip(step, -0.3, 0.3), self.low_rad, self.high_rad)
-        return None
+        q, there = self.reach_all(np.asarray(p_m)[None, :], np.asarray(q_from)[None, :], tolerance_m)
+        return q[0] if there[0] else None
 
-    def free(self, q_from: Array, q_to: Array) -> bool:
-        """Whether the nose stays in its box all the way (a straight line in joint space)."""
-        p = self.nose(q_from + np.linspace(0.0, 1.0, 12)[1:, None] * (q_to - q_from))
-        return bool(np.all(p >= self.box_low_m) and np.all(p <= self.box_high_m))
+    def reach_all(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> tuple[Array, NDArray[np.bool_]]:
+        """Joints (k, n) that bring the nose within tolerance_m of p_m (k, 3), each begun from its row of q_from (k, n), and whether they do
+        (k,) within limits and box."""
+        c, begin = self._chain, self._rows(q_from)
+        goals = np.ascontiguousarray(p_m, dtype=np.float64)
+        q, there = reached(
+            goals, begin, self.low_rad, self.high_rad, tolerance_m, c.poses, c.axes, c.kinds, self._locked, c.nose_offset
+        )  # fmt: skip
+        p = self.nose(q)
+        boxed = np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=1)
+        limited = np.all((q >= self.low_rad) & (q <= self.high_rad), axis=1)
+        return q, there & boxed & limited
 
-    def clearance_m(self, q_from: Array, q_to: Array, p_m: Array) -> float:
-        """How near the nose comes to p_m (3,) on its way (a straight line in joint space) after the first quarter of it [m]."""
-        way = q_from + np.linspace(0.25, 1.0, 10)[:, None] * (q_to - q_from)
-        return float(np.min(np.linalg.norm(self.nose(way) - p_m, axis=1)))
+    def free(self, q_from: Array, q_to: Array) -> NDArray[np.bool_]:
+        """Whether the nose stays in its box (...) all the way to q_to (..., n) (a straight line in joint space)."""
+        p = self.nose(_way(q_from, q_to, 0.0, 12)[1:])
+        return np.asarray(np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=(0, -1)))
+
+    def clearance_m(self, q_from: Array, q_to: Array, p_m: Array) -> Array:
+        """How near (...) the nose comes to p_m (3,) on its way to q_to (..., n), a straight line in joint space, after its first quarter [m]."""
+        return np.asarray(np.min(np.linalg.norm(self.nose(_way(q_from, q_to, 0.25, 10)) - p_m, axis=-1), axis=0))
 
     def random_pose(self, rng: np.random.Generator) -> Array:
         """A uniformly drawn pose (n,) inside limits and box; raises BadInput if the box leaves no room."""
@@ -178,6 +184,12 @@ class Arm:
             if self.inside(q):
                 return q
         raise BadInput(f"no pose of arm '{self.name}' with dof={self.dof} keeps the nose inside arm.box_low_m to arm.box_high_m; widen it.")
+
+
+def _way(q_from: Array, q_to: Array, begin: float, places: int) -> Array:
+    """Joints (places, ..., n) on the straight line from the fraction `begin` of it to its end."""
+    fraction = np.linspace(begin, 1.0, places).reshape(-1, *(1,) * np.ndim(q_to))
+    return np.asarray(q_from + fraction * (q_to - q_from))
 
 
 def smooth(fraction: float) -> float:

@@ -54,11 +54,11 @@ class BeliefMap:
         arm, weigh = known.model.arm, known.model.fluctuation
         low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
         places = low + halton(self.coarse) * (high - low)
-        left = without_source(problem, problem.mean)
+        left, nose = without_source(problem, problem.mean), problem.nose(problem.mean)
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
-        roughly = sorted((with_strength(problem, theta, weigh.gamma, left, 1) for theta in begun), key=lambda pair: pair[0])
+        roughly = sorted((with_strength(problem, theta, weigh.gamma, left, 1, nose) for theta in begun), key=lambda pair: pair[0])
         best = roughly[: 4 * self.starts]
-        tried = sorted((with_strength(problem, theta, weigh.gamma, left, 1) for _, theta in best), key=lambda pair: pair[0])
+        tried = sorted((with_strength(problem, theta, weigh.gamma, left, 1, nose) for _, theta in best), key=lambda pair: pair[0])
         starts = [fit.mean for fit in before]
         for _, theta in tried:
             if len(starts) >= self.starts + len(before):
@@ -85,16 +85,18 @@ def without_source(problem: Problem, start: Array) -> Array:
     return problem.expect(nothing)
 
 
-def with_strength(problem: Problem, start: Array, gamma: float, left: Array, rounds: int = 2) -> tuple[float, Array]:
+def with_strength(
+    problem: Problem, start: Array, gamma: float, left: Array, rounds: int = 2, nose_m: Array | None = None
+) -> tuple[float, Array]:
     """theta (P,) with the ln strength of least squares, and the sum of squares; `left` (m,) is what does not scale with the strength.
 
-    The rest does scale, but for which of rise and fall holds when, so the factor is found in `rounds`.
+    The rest does scale, but for which of rise and fall holds when, so the factor is found in `rounds`. `nose_m` as `expect` takes it.
     """
     theta, sn = np.array(start), problem.sniffs
     z = problem.residual(theta, left)
     weight = 1.0 / (sn.sigma_ppm**2 + (gamma * z) ** 2)
     for _ in range(rounds):
-        h = problem.expect(theta) - left
+        h = problem.expect(theta, nose_m) - left
         factor = max(float(weight @ (h * z)) / max(float(weight @ (h * h)), 1e-300), 1e-6)
         theta[3] += np.log(factor)
     return float(weight @ (z - factor * h) ** 2), theta

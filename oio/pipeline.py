@@ -47,7 +47,7 @@ class Watched:
     def move(self, q_rad: Array) -> float:
         """Begin a smooth move to q_rad (n,); returns the seconds it takes. Raises BadInput for a goal out of limits."""
         goal = self._arm.checked(q_rad)
-        over_s = max(self._arm.duration_s(self._goal, goal), 0.1)
+        over_s = max(float(self._arm.duration_s(self._goal, goal)), 0.1)
         self._log.write(Event(self.t_ns, "move", move_text(goal, over_s)))
         self._goal = goal
         return self._world.move(goal, over_s)

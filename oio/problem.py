@@ -106,10 +106,15 @@ class Problem:
         h = gain * f[sn.at]
         return Expected(h, rows, float(f[-1]), Along(field, dt, tau, sn.at, gain, self.variance(theta, h)))
 
-    def expect(self, theta: Array) -> Array:
-        """The expected readings alone, without offsets (m,) ppm: half the work of `predict`."""
+    def nose(self, theta: Array) -> Array:
+        """Where the nose was along the path (k, 3) m."""
+        return self.arm.nose(self._joints(theta))
+
+    def expect(self, theta: Array, nose_m: Array | None = None) -> Array:
+        """The expected readings alone, without offsets (m,) ppm: half the work of `predict`, a third if `nose(theta)` is given."""
         sn, lay, factor = self.sniffs, self.layout, np.exp(theta[self.layout.tau])
-        c, _, _, _ = concentration(self.arm.nose(self._joints(theta)), theta[:LAW], self.law.r_ref_m, self.law.radius_m)
+        p = self.nose(theta) if nose_m is None else nose_m
+        c, _, _, _ = concentration(p, theta[:LAW], self.law.r_ref_m, self.law.radius_m)
         none = np.empty((len(c), 0))
         f, _, _, _ = lagged(c, none, self._steps(), self.rise_s * factor, self.fall_s * factor, self._start(theta))
         return np.asarray(np.exp(theta[lay.gain])[sn.element] * f[sn.at])

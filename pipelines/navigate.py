@@ -30,7 +30,8 @@ class Navigate:
     strategy: Strategy
     rule: BoutRule
     explore: int  # moves before the first belief map
-    remap: int  # the map is made anew every so many moves
+    remap: float  # the map is made anew after so many times the moves of the last one,
+    recheck: int  # and while it is in doubt, after so many moves
     max_moves: int
     max_s: float
     dwell_s: float
@@ -43,7 +44,8 @@ class Navigate:
         in_range(
             self,
             explore=(4, 1000),
-            remap=(1, 10_000),
+            remap=(1.0, 100.0),
+            recheck=(1, 10_000),
             max_moves=(self.explore, 10_000),
             max_s=(1.0, 1e6),
             dwell_s=(0, 600),
@@ -57,7 +59,7 @@ class Navigate:
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
         began, maps, ends, moves = context.world.t_ns, list[int](), list[int](), list[Move]()
         detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
-        declared = False
+        declared, mapped = False, 0
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
             try:
                 moves.append(self._move(context, odometry, detector, tuple(moves)))
@@ -65,8 +67,9 @@ class Navigate:
                 break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
-            if self._map_due(odometry, len(moves)) or self.stop.holds(odometry, tuple(moves)):
+            if self._map_due(odometry, len(moves), mapped) or self.stop.holds(odometry, tuple(moves)):
                 odometry.locate(len(moves))
+                mapped = len(moves)
                 maps.append(context.world.t_ns)
                 self._log_belief(context, odometry)
                 declared = self.stop.holds(odometry, tuple(moves))
@@ -104,12 +107,10 @@ class Navigate:
             context.log.estimate(belief, odometry.known.model.names, odometry.known.model.units)
             context.log.odometry(belief.t_ns, *nose)
 
-    def _map_due(self, odometry: Odometry, moves: int) -> bool:
-        """First after exploring; again every `remap` moves, while hypotheses compete, and when the filter is too surprised."""
-        if moves < self.explore:
-            return False
-        due = (moves - self.explore) % self.remap == 0
-        return due or len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.nis)
+    def _map_due(self, odometry: Odometry, moves: int, mapped: int) -> bool:
+        """First after exploring; then the more seldom the more moves there are, but soon while hypotheses compete or the filter is surprised."""
+        doubtful = len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.nis)
+        return moves >= self.explore and (moves >= self.remap * mapped or (doubtful and moves >= mapped + self.recheck))
 
     def _tell(self, context: Context, odometry: Odometry, moves: int) -> None:
         source = odometry.source()

@@ -6,6 +6,7 @@ update of the belief. Where hypotheses are left, how differently they answer cou
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oio.ranging import LAW, concentration
 from oio.records import Array
@@ -21,10 +22,11 @@ class DOptimal:
     around: int  # candidates about each hypothesis
     anywhere: int  # candidates anywhere
     distances_m: tuple[float, ...]  # from a hypothesis
+    fold_rad: float  # spread of the joints from which a pose is sought: one place is reached in many ways
 
     def check(self) -> None:
         """A map needs at least five measurements (SCIENCE: strength unknown)."""
-        in_range(self, explore=(4, 1000), around=(0, 10_000), anywhere=(1, 10_000))
+        in_range(self, explore=(4, 1000), around=(0, 10_000), anywhere=(1, 10_000), fold_rad=(0, 3))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
@@ -32,21 +34,26 @@ class DOptimal:
             return spread_out(view, rng)
         candidates = self._candidates(view, rng)
         here = view.moves[-1].q if view.moves else view.arm.home
-        cost_s = np.array([view.arm.duration_s(here, q) + view.dwell_s for q in candidates])
-        return np.asarray(candidates[int(np.argmax(information(view, np.array(candidates)) / cost_s))])
+        cost_s = view.arm.duration_s(here, candidates) + view.dwell_s
+        return np.asarray(candidates[int(np.argmax(information(view, candidates) / cost_s))])
 
-    def _candidates(self, view: View, rng: np.random.Generator) -> list[Array]:
-        poses = [view.arm.random_pose(rng) for _ in range(self.anywhere)]
-        start = view.moves[-1].q if view.moves else view.arm.home
-        for place in believed_places(view):
-            for _ in range(self.around if view.arm.dof >= 3 else 0):
-                direction = rng.standard_normal(3)
-                goal = place + rng.choice(self.distances_m) * direction / np.linalg.norm(direction)
-                pose = view.arm.reach(goal, start)
-                if pose is not None:
-                    poses.append(pose)
-        clear = [q for q in poses if keeps_off(view, q)]
-        return clear or poses[:1]
+    def _candidates(self, view: View, rng: np.random.Generator) -> Array:
+        poses = [np.array([view.arm.random_pose(rng) for _ in range(self.anywhere)])]
+        if view.arm.dof >= 3 and self.around:
+            poses += [self._about(view, place, rng) for place in believed_places(view)]
+        every = np.concatenate(poses)
+        clear = every[keeps_off(view, every)]
+        return clear if len(clear) else every[:1]
+
+    def _about(self, view: View, place: Array, rng: np.random.Generator) -> Array:
+        """Poses (k, n) whose nose is at one of the distances from place (3,) m, each with the arm folded in another way."""
+        direction = rng.standard_normal((self.around, 3))
+        distance = rng.choice(self.distances_m, (self.around, 1))
+        goals = place + distance * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+        here = view.moves[-1].q if view.moves else view.arm.home
+        folds = np.clip(here + self.fold_rad * rng.standard_normal((self.around, len(here))), view.arm.low_rad, view.arm.high_rad)
+        poses, there = view.arm.reach_all(goals, folds)
+        return np.asarray(poses[there])
 
 
 def believed_places(view: View) -> list[Array]:
@@ -55,10 +62,11 @@ def believed_places(view: View) -> list[Array]:
     return [view.belief.mean[view.model.at["s"]], *(fit.mean[:3] for fit in view.hypotheses[1:])]
 
 
-def keeps_off(view: View, q: Array) -> bool:
-    """Whether the nose stays near_m away from where the source is believed to be, and in its box, on the way there as well."""
+def keeps_off(view: View, q: Array) -> NDArray[np.bool_]:
+    """Whether the nose stays near_m away from where the source is believed to be, and in its box, on the way to q (k, n) as well: (k,)."""
     here = view.moves[-1].q if view.moves else view.arm.home
-    return view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.near_m and view.arm.free(here, q)
+    off = view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.near_m
+    return np.asarray(off & view.arm.free(here, q))
 
 
 def information(view: View, candidates: Array) -> Array:

@@ -39,9 +39,10 @@ def spread_out(view: View, rng: np.random.Generator, tries: int = 64) -> Array:
     A maximin design (Johnson, Moore, Ylvisaker 1990) that pays for its travel.
     """
     here = view.moves[-1].q if view.moves else view.arm.home
-    poses = [view.arm.random_pose(rng) for _ in range(tries)]
-    candidates = np.array([q for q in poses if view.arm.free(here, q)] or poses)
+    poses = np.array([view.arm.random_pose(rng) for _ in range(tries)])
+    free = view.arm.free(here, poses)
+    candidates = poses[free] if np.any(free) else poses
     seen = view.arm.nose(np.array([view.arm.home, *(move.q for move in view.moves)]))
     distance = np.linalg.norm(view.arm.nose(candidates)[:, None, :] - seen[None, :, :], axis=2).min(axis=1)
-    cost_s = np.array([view.arm.duration_s(here, q) + view.dwell_s for q in candidates])
+    cost_s = view.arm.duration_s(here, candidates) + view.dwell_s
     return np.asarray(candidates[int(np.argmax(distance / cost_s))])
