@@ -158,11 +158,8 @@ class Arm:
     def reach_all(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> tuple[Array, NDArray[np.bool_]]:
         """Joints (k, n) that bring the nose within tolerance_m of p_m (k, 3), each begun from its row of q_from (k, n), and whether they do
         (k,) within limits and box."""
-        c, begin = self._chain, self._rows(q_from)
         goals = np.ascontiguousarray(p_m, dtype=np.float64)
-        q, there = reached(
-            goals, begin, self.low_rad, self.high_rad, tolerance_m, c.poses, c.axes, c.kinds, self._locked, c.nose_offset
-        )  # fmt: skip
+        q, there = reached(goals, self._rows(q_from), self.low_rad, self.high_rad, tolerance_m, *self.links)
         p = self.nose(q)
         boxed = np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=1)
         limited = np.all((q >= self.low_rad) & (q <= self.high_rad), axis=1)

@@ -9,6 +9,7 @@ import numpy as np
 
 from oio.fluctuation import Along, Fluctuation, whiten
 from oio.problem import Layout, Problem
+from oio.ranging import RangeLaw
 from oio.records import Array
 
 STEPS = 20  # at most
@@ -19,7 +20,8 @@ FARTHEST = 2.0  # prior standard deviations that one step may go in one paramete
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Answer of `solve`: mean and cov of theta, -2 ln posterior up to a constant, lagged mean concentration at the end of the trace."""
+    """Answer of `solve`: mean and cov of theta, -2 ln posterior up to a constant, lagged mean concentration at the end of the trace;
+    and what it was made with."""
 
     layout: Layout
     mean: Array
@@ -28,6 +30,7 @@ class Fit:
     lagged_ppm: float
     fluctuation: Fluctuation
     readings: int
+    law: RangeLaw
 
 
 def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
@@ -81,4 +84,4 @@ def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation) -
     u = np.linalg.solve(root, theta - problem.mean)
     white = whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise)
     fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi has no density
-    return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm))
+    return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm), problem.law)

@@ -1,11 +1,13 @@
 """The fit on a source whose place is known: range law, wind, gains, lag, offsets, encoder drift, and how the gas fluctuates."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from oio.arm import Arm
 from oio.batch import Fit, solve
 from oio.evidence import HELD, air_of, best, restricted
-from oio.fluctuation import Fluctuation, fitted
+from oio.fluctuation import Along, Fluctuation, fitted, whiten
 from oio.knowledge import Nominal, prior
 from oio.problem import Problem
 from oio.ranging import RangeLaw
@@ -44,14 +46,29 @@ def _begun(problem: Problem, noise_scale: float) -> Fit:
 
 
 def _settled(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
-    """Fluctuation and answer in turn."""
+    """What the readings say of the noise, and the answer, in turn."""
     for _ in range(ROUNDS):
+        problem = replace(problem, law=fit.law)
         expected = problem.predict(fit.mean)
-        noise = fitted(problem.residual(fit.mean, expected.ppm), expected.along, noise_scale)
-        if noise == fit.fluctuation:
+        residual = problem.residual(fit.mean, expected.ppm)
+        noise = fitted(residual, expected.along, noise_scale)
+        law = _strayed(problem, noise, residual, expected.along)
+        if noise == fit.fluctuation and law == fit.law:
             break
-        fit = solve(problem, fit.mean, noise)
+        fit = solve(replace(problem, law=law), fit.mean, noise)
     return fit
+
+
+def _strayed(problem: Problem, noise: Fluctuation, residual: Array, along: Along) -> RangeLaw:
+    """The law with the free play and the straying that make the residuals (m,) likeliest."""
+
+    def cost(law: RangeLaw) -> float:
+        slope_m = along.field.slope_m / problem.law.nose_u_m * law.nose_u_m
+        there = replace(along, field=replace(along.field, slope_m=slope_m, stray=law.stray))
+        return whiten(residual[:, None], there, noise).minus_2_log_likelihood
+
+    plays, strays = problem.law.nose_choices_m, problem.law.stray_choices
+    return min((replace(problem.law, nose_u_m=play, stray=stray) for play in plays for stray in strays), key=cost)
 
 
 def _winds(problem: Problem) -> list[Array]:

@@ -22,13 +22,16 @@ class BeliefMap:
     path_period_s: float
     limit: int
     coarse: int
-    starts: int
+    shell: int  # coarse places on each shell about the strongest reading
+    shells_m: tuple[float, ...]  # radii of these shells
+    starts: int  # of the first map
+    restarts: int  # beside the hypotheses, of every later one
     apart_m: float
     keep_chi2: float
 
     def check(self) -> None:
         """Refuse senseless counts."""
-        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), coarse=(4, 10**5), starts=(1, 100))
+        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), coarse=(4, 10**5), shell=(0, 10**5), starts=(1, 100), restarts=(0, 100))
         in_range(self, apart_m=(1e-4, 100), keep_chi2=(0, 1e6))
 
     def trace(self) -> Trace:
@@ -38,10 +41,13 @@ class BeliefMap:
     def locate(self, sniffs: Sniffs, known: Knowledge, before: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
         """Hypotheses for the source, best first, each with its covariance; at least one.
 
-        Hypotheses `before` are followed, and coarse places all over the nose's box are tried.
+        Hypotheses `before` are followed, coarse places all over the nose's box are tried, and the mirror point of the best: noses that
+        nearly lie in a plane leave two narrow minima, of which coarse places may find the wrong one only.
         """
         problem, noise = problem_of(sniffs, known), known.model.fluctuation
-        fits = sorted((solve(problem, start, noise) for start in self._starts(problem, known, before)), key=lambda fit: fit.chi2)
+        found = [solve(problem, start, noise) for start in self._starts(problem, known, before)]
+        mirror = mirrored(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
+        fits = sorted([*found, solve(problem, mirror, noise)], key=lambda fit: fit.chi2)
         kept: list[Fit] = []
         for fit in fits:
             distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.apart_m / 2 for other in kept)
@@ -53,19 +59,30 @@ class BeliefMap:
         """Where hypotheses were, and the best coarse places that lie apart, each with its best strength."""
         arm, weigh = known.model.arm, known.model.fluctuation
         low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
-        places = low + halton(self.coarse) * (high - low)
         left, nose = without_source(problem, problem.mean), problem.nose(problem.mean)
+        near = self._shells(nose[problem.sniffs.at[int(np.argmax(problem.residual(problem.mean, left)))]])
+        places = np.concatenate([low + halton(self.coarse) * (high - low), np.clip(near, low, high)])
         begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
         roughly = sorted((with_strength(problem, theta, weigh.gamma, left, 1, nose) for theta in begun), key=lambda pair: pair[0])
-        best = roughly[: 4 * self.starts]
+        fresh = self.restarts if before else self.starts
+        best = roughly[: 4 * fresh]
         tried = sorted((with_strength(problem, theta, weigh.gamma, left, 1, nose) for _, theta in best), key=lambda pair: pair[0])
         starts = [fit.mean for fit in before]
         for _, theta in tried:
-            if len(starts) >= self.starts + len(before):
+            if len(starts) >= fresh + len(before):
                 break
             if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
                 starts.append(theta)
         return starts
+
+
+    def _shells(self, nose_m: Array) -> Array:
+        """Places (k, 3) m about where it smelt strongest (3,) m, in all directions: minima are narrow there."""
+        u = halton(self.shell)
+        height, angle = 2.0 * u[:, 0] - 1.0, 2.0 * np.pi * u[:, 1]
+        across = np.sqrt(1.0 - height**2)
+        directions = np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=1)
+        return np.concatenate([nose_m + radius * directions for radius in self.shells_m])
 
 
 def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
@@ -76,6 +93,16 @@ def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
     mean, cov = around(known.mean, known.cov, m.arm, m.law, ln_strength)
     factor = float(np.exp(known.mean[lay.tau]))
     return Problem(sniffs, m.arm, m.law, m.elements, m.rise_s / factor, m.fall_s / factor, mean, cov)
+
+
+def mirrored(problem: Problem, theta: Array, gamma: float) -> Array:
+    """theta (P,) with the source on the other side of the plane nearest to the noses, each weighed by what it expects to smell."""
+    noses, weight = problem.nose(theta)[problem.sniffs.at], np.maximum(problem.expect(theta), 0.0) + 1e-12
+    middle = weight @ noses / np.sum(weight)
+    _, _, axes = np.linalg.svd(np.sqrt(weight)[:, None] * (noses - middle), full_matrices=False)
+    there = np.array(theta)
+    there[:3] -= 2.0 * float(axes[-1] @ (theta[:3] - middle)) * axes[-1]
+    return with_strength(problem, there, gamma, without_source(problem, there))[1]
 
 
 def without_source(problem: Problem, start: Array) -> Array:

@@ -85,11 +85,11 @@ def cold(arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal) -> Knowledge
     return Knowledge(mean, cov, model)
 
 
-def calibrated(fit: Fit, arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal, noise: Noise) -> Knowledge:
+def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Noise) -> Knowledge:
     """What the fit on the known source taught, but for the source itself."""
-    mean, cov = around(fit.mean, noise.inflation * fit.cov, arm, law)
+    mean, cov = around(fit.mean, noise.inflation * fit.cov, arm, fit.law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))
-    model = Model(arm, law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fit.fluctuation, nominal.sigma_ppm, noise)
+    model = Model(arm, fit.law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fit.fluctuation, nominal.sigma_ppm, noise)
     return Knowledge(mean, cov, model)

@@ -37,8 +37,10 @@ class RangeLaw:
     wind_per_m_u: float  # of each horizontal component of k = U / 2K about still air
     lift_per_m_u: float  # of its vertical component
     thinning_per_m_u: float  # of u about none
-    nose_u_m: float  # how well kinematics know the nose from one moment to the next
-    stray: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C)
+    nose_u_m: float  # how well kinematics know the nose from one moment to the next, until calibrated
+    nose_choices_m: tuple[float, ...]  # of which calibration takes the likeliest
+    stray: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C), until calibrated
+    stray_choices: tuple[float, ...]  # likewise
     gamma: float  # relative fluctuation of the gas on the plume's axis
     eddy_s: float  # its correlation time at r_ref
 
@@ -48,7 +50,7 @@ class RangeLaw:
             raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(AIRS[:-1])} or {AIRS[-1]}. Type range.air=all.")
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
-        in_range(self, nose_u_m=(0, 1), stray=(0, 5), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        in_range(self, nose_u_m=(1e-6, 1), stray=(0, 5), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
 
     def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> Field:
         """What fluctuations need to know of the mean field."""

@@ -50,4 +50,4 @@ class AssembleQR:
         return calibration
 
     def _knowledge(self, found: MapCalibration, noise: Noise) -> Knowledge:
-        return calibrated(found.fit, self.arm, self.law, self.wander, self.nominal, noise)
+        return calibrated(found.fit, self.arm, self.wander, self.nominal, noise)

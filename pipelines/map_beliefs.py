@@ -39,13 +39,14 @@ class MapBeliefs:
     beacon: Source
     beacon_u_m: float  # how well the beacon's place is known, standard uncertainty per axis
     distances_m: tuple[float, ...]  # one measurement each; the paper's ideal is five
-    repeats: int
+    repeats: int  # at least; more while calibration, counted from the baseline's beginning, can end within
+    budget_s: float
     dwell_s: float
     dwell_taus: float  # and so many lags on top
 
     def check(self) -> None:
         """A vertex needs four spheres; a spread needs two repeats."""
-        in_range(self, repeats=(2, 100), dwell_s=(0.0, 600.0), dwell_taus=(0.0, 10.0), beacon_u_m=(1e-6, 1.0))
+        in_range(self, repeats=(2, 100), budget_s=(0.0, 1e6), dwell_s=(0.0, 600.0), dwell_taus=(0.0, 10.0), beacon_u_m=(1e-6, 1.0))
         if len(self.distances_m) < 4:
             given = f"stage.map_beliefs.distances_m has {len(self.distances_m)} values"
             raise BadInput(f"{given}, but a vertex needs at least 4. Type e.g. stage.map_beliefs.distances_m=[0.05,0.06,0.08,0.2,0.25].")
@@ -56,15 +57,15 @@ class MapBeliefs:
 
     def run(self, context: Context) -> MapCalibration:
         """The fit on all data, the repeats, u_b."""
-        trace, spans, moves = context.need(BoutCalibration).trace, [], 0
-        for repeat in range(self.repeats):
+        trace, spans, moves = context.need(BoutCalibration).trace, list[tuple[float, float]](), 0
+        while len(spans) < self.repeats or self._fits(context, spans):
             began_s = seconds(context.world.t_ns)
             for i, distance in enumerate(self.distances_m):
                 dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
                 for sensed in sniff(context, self.sensor, self._pose(context, distance), dwell_s):
                     trace.add(sensed)
                 moves += 1
-                what = f"repeat {repeat + 1} of {self.repeats}, measurement {i + 1} of {len(self.distances_m)}"
+                what = f"repeat {len(spans) + 1} of {self.repeats} or more, measurement {i + 1} of {len(self.distances_m)}"
                 context.log.progress(context.world.t_ns, what, f"{len(trace)} readings")
             spans.append((began_s, seconds(context.world.t_ns)))
         fit = self._fit(context, trace.frozen())
@@ -72,6 +73,11 @@ class MapBeliefs:
         self._draw(context, repeats[-1])
         type_b = localisation(np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats]), len(self.distances_m) - 1)
         return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves)
+
+    def _fits(self, context: Context, spans: list[tuple[float, float]]) -> bool:
+        """Whether a repeat as long as the longest so far would end within the budget."""
+        spent_s = seconds(context.world.t_ns - context.need(Baselines).began_ns)
+        return spent_s + max(end - begin for begin, end in spans) <= self.budget_s
 
     def _pose(self, context: Context, distance_m: float) -> Array:
         """A pose at that distance from the beacon, in a random direction; any pose where the arm cannot choose its distance."""
@@ -96,15 +102,17 @@ class MapBeliefs:
     def _repeat(self, context: Context, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> Repeat:
         """One trilateration with the law fitted without its own readings."""
         law = self._fit(context, sniffs.without(*span), fit)
-        known = calibrated(law, self.arm, self.law, self.wander, self.nominal, Noise.nominal())
+        known = calibrated(law, self.arm, self.wander, self.nominal, Noise.nominal())
         own = sniffs.between(*span)
-        refined = self.belief_map.locate(own, known)[0]
+        place = np.array(self.beacon.position)
+        # five measurements may leave a mirror point: that a map names both is no error of its covariance
+        refined = min(self.belief_map.locate(own, known), key=lambda fit: nees(fit.mean[:3] - place, fit.cov[:3, :3]))
         centres, radii = spheres_of(own, law, self.arm, self.law, len(self.distances_m))
         try:
             point = vertex(centres, radii)
         except NotObservable:
             point = None
-        miss, cov = refined.mean[:3] - np.array(self.beacon.position), refined.cov[:3, :3]
+        miss, cov = refined.mean[:3] - place, refined.cov[:3, :3]
         return Repeat(centres, radii, point, refined.mean[:3], cov, float(np.linalg.norm(miss)), nees(miss, cov))
 
     def _draw(self, context: Context, repeat: Repeat) -> None:

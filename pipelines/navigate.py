@@ -12,6 +12,7 @@ from oio.errors import WorldEnded
 from oio.odometry import Odometry
 from oio.pipeline import Context, sniff
 from oio.protocols import Estimator, Sensor, Strategy
+from oio.ranging import LAW
 from oio.records import GasReading, JointState, seconds
 from oio.search.view import Move, View
 from oio.settings import in_range, settings
@@ -68,22 +69,28 @@ class Navigate:
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
             if self._map_due(odometry, len(moves), mapped) or self.stop.holds(odometry, tuple(moves)):
-                odometry.locate(len(moves))
+                maps.append(self._map(context, odometry, len(moves)))
                 mapped = len(moves)
-                maps.append(context.world.t_ns)
-                self._log_belief(context, odometry)
                 declared = self.stop.holds(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
+        if mapped < len(moves):  # the last word is that of a map of everything
+            maps.append(self._map(context, odometry, len(moves)))
         source = odometry.source()
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
         return Navigation(began, context.world.t_ns, tuple(maps), tuple(ends), tuple(moves), declared, place, spread)
 
+    def _map(self, context: Context, odometry: Odometry, moves: int) -> int:
+        odometry.locate(moves)
+        self._log_belief(context, odometry)
+        return context.world.t_ns
+
     def _move(self, context: Context, odometry: Odometry, detector: BoutDetector, moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
-        view = View(self.arm, odometry.known.model, odometry.belief, odometry.hypotheses, moves, dwell_s, self.near_m)
+        law = odometry.known.mean[:LAW]
+        view = View(self.arm, odometry.known.model, odometry.belief, odometry.hypotheses, moves, dwell_s, self.near_m, law)
         goal = self.strategy.propose(view, context.rng)
-        fired, signal = [0], 0.0
+        fired, last = [0], dict[int, float]()
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             if isinstance(sensed, JointState):
                 odometry.joints(sensed)
@@ -92,8 +99,8 @@ class Navigate:
             bout = detector.feed(sensed)
             if bout is not None:
                 fired.append(int(bout.fired))
-                signal = bout.smoothed_ppm
-        return Move(goal, float(np.mean(fired)), signal)
+            last[sensed.element] = sensed.ppm - context.need(Calibration).baselines[sensed.element].ppm
+        return Move(goal, float(np.mean(fired)), float(np.mean(list(last.values()) or [0.0])))
 
     def _log(self, context: Context, odometry: Odometry, reading: GasReading) -> None:
         innovation = odometry.reading(reading)

@@ -62,7 +62,7 @@ def test_spheres_have_the_radii_of_the_law(lab):
     theta[:4] = 0.33, 0.05, 0.18, np.log(20.0)
     theta[4] = 1.3
     problem = made.problem(theta, poses=5, stay_s=9.0, quiet=True)
-    fit = Fit(made.layout, theta, made.cov, 0.0, 0.0, made.model.fluctuation, len(problem.sniffs.ppm))
+    fit = Fit(made.layout, theta, made.cov, 0.0, 0.0, made.model.fluctuation, len(problem.sniffs.ppm), made.law)
     centres, radii = spheres_of(problem.sniffs, fit, made.arm, made.law, 5)
     distance = np.linalg.norm(centres - theta[:3], axis=1)
     assert len(radii) == 5 and np.ptp(distance) > 0.03

@@ -21,7 +21,7 @@ def fits_of(made, chi2, moved_m=0.08):
     """So many hypotheses, apart from each other in y."""
     theta = made.theta()
     return tuple(
-        Fit(made.layout, theta + moved_m * i * np.eye(len(theta))[1], 0.1 * made.cov, c, 3.0, made.model.fluctuation, 50)
+        Fit(made.layout, theta + moved_m * i * np.eye(len(theta))[1], 0.1 * made.cov, c, 3.0, made.model.fluctuation, 50, made.law)
         for i, c in enumerate(chi2)
     )
 

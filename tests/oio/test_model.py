@@ -128,7 +128,7 @@ def fit_of(made, theta):
     root = np.random.default_rng(0).standard_normal((len(theta), len(theta)))
     spread = np.sqrt(np.diag(made.cov))
     cov = np.outer(spread, spread) * (root @ root.T / len(theta))
-    return Fit(made.layout, theta, cov, 0.0, 7.0, made.model.fluctuation, 100)
+    return Fit(made.layout, theta, cov, 0.0, 7.0, made.model.fluctuation, 100, made.law)
 
 
 def test_a_belief_begins_with_the_drift_of_its_time(lab):
