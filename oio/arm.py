@@ -145,7 +145,7 @@ class Arm:
         return q
 
     def duration_s(self, q_from: Array, q_to: Array) -> Array:
-        """Seconds (...) for smooth moves to q_to (..., n): a minimum-jerk profile peaks at 1.875 times its mean speed (Flash & Hogan 1985)."""
+        """Seconds (...) for smooth moves to q_to (..., n): minimum jerk peaks at 1.875 times its mean speed (Flash & Hogan 1985)."""
         joints = np.max(np.abs(q_to - q_from), axis=-1) / self.joint_speed
         nose = np.linalg.norm(self.nose(q_to) - self.nose(q_from), axis=-1) / self.nose_speed_m_s
         return np.asarray(1.875 * np.maximum(joints, nose))
@@ -171,7 +171,7 @@ class Arm:
         return np.asarray(np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=(0, -1)))
 
     def clearance_m(self, q_from: Array, q_to: Array, p_m: Array) -> Array:
-        """How near (...) the nose comes to p_m (3,) on its way to q_to (..., n), a straight line in joint space, after its first quarter [m]."""
+        """How near (...) m the nose comes to p_m (3,) on its straight way in joint space to q_to (..., n), after the first quarter."""
         return np.asarray(np.min(np.linalg.norm(self.nose(_way(q_from, q_to, 0.25, 10)) - p_m, axis=-1), axis=0))
 
     def random_pose(self, rng: np.random.Generator) -> Array:

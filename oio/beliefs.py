@@ -31,8 +31,8 @@ class BeliefMap:
 
     def check(self) -> None:
         """Refuse senseless counts."""
-        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), coarse=(4, 10**5), shell=(0, 10**5), starts=(1, 100), restarts=(0, 100))
-        in_range(self, apart_m=(1e-4, 100), keep_chi2=(0, 1e6))
+        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), coarse=(4, 10**5), shell=(0, 10**5))
+        in_range(self, starts=(1, 100), restarts=(0, 100), apart_m=(1e-4, 100), keep_chi2=(0, 1e6))
 
     def trace(self) -> Trace:
         """An empty trace."""
@@ -74,7 +74,6 @@ class BeliefMap:
             if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
                 starts.append(theta)
         return starts
-
 
     def _shells(self, nose_m: Array) -> Array:
         """Places (k, 3) m about where it smelt strongest (3,) m, in all directions: minima are narrow there."""

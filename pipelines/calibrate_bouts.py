@@ -65,7 +65,7 @@ class CalibrateBouts:
 
     def _off_beacon(self, here: Array, goal: Array) -> bool:
         place = self.beacon.position
-        return place is None or self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.near_m
+        return place is None or bool(self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.near_m)
 
     def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace, k: int) -> list[Bout]:
         dwell_s = max(self.sniff_s, 2 * k * self.sensor.sample_s / self.moves_per_rung)

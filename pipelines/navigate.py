@@ -115,7 +115,7 @@ class Navigate:
             context.log.odometry(belief.t_ns, *nose)
 
     def _map_due(self, odometry: Odometry, moves: int, mapped: int) -> bool:
-        """First after exploring; then the more seldom the more moves there are, but soon while hypotheses compete or the filter is surprised."""
+        """First after exploring; then ever more seldom, but soon while hypotheses compete or the filter is surprised."""
         doubtful = len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.nis)
         return moves >= self.explore and (moves >= self.remap * mapped or (doubtful and moves >= mapped + self.recheck))
 

@@ -31,7 +31,7 @@ def allowed(view: View, q: Array) -> bool:
 
 def _clearance_m(view: View, q: Array) -> float:
     o = offset(view)
-    return view.arm.clearance_m(here(view) - o, q - o, law(view)[:3])
+    return float(view.arm.clearance_m(here(view) - o, q - o, law(view)[:3]))
 
 
 def tangent(view: View, q: Array) -> Array:
