@@ -29,7 +29,8 @@ from oio.pipeline import check_order
 from oio.records import GasSample, JointState, Truth
 
 ROOT = Path(__file__).resolve().parents[1]
-FEWER = ("stage.navigate.max_moves=8", "stage.calibrate_bouts.moves_per_rung=2", "stage.map_beliefs.repeats=2")
+REPEATS = ("stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0")
+FEWER = ("stage.navigate.max_moves=8", "stage.calibrate_bouts.moves_per_rung=2", *REPEATS)
 TINY = ("sensor=ndir", "dof=3", "seed=3", *FEWER)
 STAGES = ["warm_up", "baseline", "calibrate_bouts", "map_beliefs", "assemble_qr", "navigate", "evaluate"]
 

@@ -18,7 +18,7 @@ from oio.tracks import Tracks
 
 SHORT = (
     "+experiment=figure_ekf", "sensor=ndir", "air=steady", "dof=3", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",
-    "stage.calibrate_bouts.moves_per_rung=2",
+    "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2",
 )  # fmt: skip
 
 

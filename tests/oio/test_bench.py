@@ -28,7 +28,7 @@ from oio.table_1 import Published
 
 SHORT = (
     "sensor=ndir", "air=steady", "dof=3", "search=d_optimal", "ekf=ekf", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",
-    "stage.calibrate_bouts.moves_per_rung=2",
+    "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2",
 )  # fmt: skip
 CASE = Case("ndir", "steady", 3, "d_optimal", "ekf")
 EXTRA = SHORT[5:]

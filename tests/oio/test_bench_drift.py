@@ -17,7 +17,7 @@ from oio.estimators.ekf import Ekf
 from oio.records import JointState, Truth
 
 CASE = Case("ndir", "steady", 3, "ekf", "known")
-BRIEF = ("stage.map_beliefs.repeats=2", "stage.calibrate_bouts.moves_per_rung=2")
+BRIEF = ("stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2")
 TIMES = Times((15.0, 20.0), 5.0, 0.5)
 
 

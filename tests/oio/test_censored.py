@@ -77,7 +77,7 @@ def test_a_fit_with_censored_readings_is_not_biased_and_with_the_limit_as_a_valu
     values, errors = {True: [], False: []}, {True: [], False: []}
     for seed in range(12):
         made = lab(3, 1, seed=800 + seed)
-        made.law = replace(made.law, stray=0.0, nose_u_m=0.0)
+        made.law = replace(made.law, stray=0.0, nose_u_m=1e-6)
         theta = made.theta()
         problem = made.problem(theta, poses=12, noise=CALM)
         for flagged in (True, False):

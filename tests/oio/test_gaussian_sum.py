@@ -96,7 +96,9 @@ def test_odometry_lets_a_filter_begin_itself(lab, monkeypatch):
     joints = JointState(1_000_000_000, made.arm.home, np.zeros(3), np.zeros(3))
     begun = {}
     for name, estimator in (("sum", SUM), ("one", EKF)):
-        places = BeliefMap(path_period_s=0.06, limit=1000, coarse=4, starts=1, apart_m=0.05, keep_chi2=7.8)
+        places = BeliefMap(
+            path_period_s=0.06, limit=1000, coarse=4, shell=0, shells_m=(), starts=1, restarts=0, apart_m=0.05, keep_chi2=7.8
+        )
         odometry = Odometry(estimator, known, places)
         monkeypatch.setattr(type(odometry.trace), "frozen", lambda _: None)
         odometry.joints(joints)

@@ -147,7 +147,7 @@ def test_ppm_or_ppb_are_the_same_to_the_filter(lab, built):
 def test_half_of_every_uncertainty_is_half_the_bound(lab):
     """So four times the repeats halve u, Type A and Type B alike, all the way to the source."""
     made = lab(3, 2, seed=15)
-    made.law = replace(made.law, nose_u_m=0.0, stray=0.0)
+    made.law = replace(made.law, nose_u_m=1e-6, stray=0.0)
     made.model = replace(made.model, law=made.law)
     theta = made.theta()
     sniffs = made.problem(theta, poses=12).sniffs
