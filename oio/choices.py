@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on a robot arm, then find a smell with it.
@@ -33,7 +34,7 @@ def show_help(conf: Path) -> None:
     for group in GROUPS:
         table = Table.grid(padding=(0, 2))
         for name, text in choices(conf, group):
-            table.add_row(f"  {name}", text)
+            table.add_row(f"  {name}", escape(text))
         console.print(f"[bold]{group}=[/bold]" + NOTES.get(group, ""))
         console.print(table)
     for key in PLAIN:
@@ -55,4 +56,4 @@ def _first_comment(path: Path) -> str:
         if line.startswith("# @package"):  # Hydra wants it on the first line
             continue
         text = f"{text} {line.lstrip('# ')}".strip()
-    return re.split(r"(?<=[a-z)\d])\.\s", f"{text} ", maxsplit=1)[0].rstrip(". ") + "."
+    return re.split(r"(?<=[a-z)\d`])\.\s", f"{text} ", maxsplit=1)[0].rstrip(". ") + "."

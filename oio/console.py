@@ -81,10 +81,10 @@ def _coverage(document: Mapping[str, Any]) -> str:
 def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
     bearing = "bearing_error_deg" in document["calibrated"]
     error = "bearing error [deg]" if bearing else "source error [mm]"
-    table = Table(title=title, title_justify="left")
+    table = Table(title=escape(title), title_justify="left")
     table.add_column("", no_wrap=True)
     for head in (error, "+- [mm]", "nose error [mm]", "NEES", "in 95 %", "NIS", "moves", "time [s]", "declared"):
-        table.add_column(head, justify="right", min_width=max(len(word) for word in head.split()))
+        table.add_column(escape(head), justify="right", min_width=max(len(word) for word in head.split()))
     for key, name in OUTCOMES.items():
         o = document[key]
         if o is None:
@@ -109,7 +109,7 @@ def number(value: float | None, factor: float = 1e3, digits: int = 1) -> str:
 
 def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
     """One table over all jobs; `rows` have job, overrides, state, error, and the summary if there is one."""
-    table = Table(title=f"{len(rows)} jobs, {where}", title_justify="left")
+    table = Table(title=escape(f"{len(rows)} jobs, {where}"), title_justify="left")
     for head in (
         "job",
         "sensor",
@@ -124,17 +124,17 @@ def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
         "u_a [ppm]",
         "wall [s]",
     ):
-        table.add_column(head, justify="left" if head in ("job", "sensor", "air", "state") else "right")
+        table.add_column(escape(head), justify="left" if head in ("job", "sensor", "air", "state") else "right")
     for row in rows:
         s = row["summary"]
         if s is None:
-            table.add_row(row["job"], *[""] * 4, row["state"], *[""] * 6)
+            table.add_row(escape(row["job"]), *[""] * 4, row["state"], *[""] * 6)
             continue
         cold, calibrated = (_missed(s[key]) for key in ("cold", "calibrated"))
         inside = {True: "yes", False: "no", None: "-"}[s["calibrated"]["inside_95"] if s["calibrated"] else None]
         calibration = s["calibration"] or {"time_s": None, "u_a_ppm": None}
         table.add_row(
-            row["job"], s["sensor"], str(s["dof"]), s["air"], str(s["seed"]), row["state"], cold, calibrated, inside,
+            escape(row["job"]), s["sensor"], str(s["dof"]), s["air"], str(s["seed"]), row["state"], cold, calibrated, inside,
             number(calibration["time_s"], 1.0, 0), number(calibration["u_a_ppm"], 1.0, 2), number(s["wall_s"], 1.0),
         )  # fmt: skip
     console = Console(width=None if sys.stdout.isatty() else 160)

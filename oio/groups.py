@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from oio.table_1 import Published
@@ -39,9 +40,9 @@ def show_groups(summaries: Sequence[Row], console: Console) -> None:
     groups = {key: runs for key, runs in grouped(summaries).items() if len(runs) > 1}
     if not groups:
         return
-    table = Table(title="source error over seeds [mm]", title_justify="left")
+    table = Table(title=escape("source error over seeds [mm]"), title_justify="left")
     for head in ("sensor", "dof", "air", "cold, median", "calibrated, median", "90 %", "beats cold", "in 95 %", "cal. time [s]"):
-        table.add_column(head, justify="left" if head in ("sensor", "air") else "right")
+        table.add_column(escape(head), justify="left" if head in ("sensor", "air") else "right")
     for (sensor, dof, air), runs in groups.items():
         f = figures(runs)
         table.add_row(

@@ -134,8 +134,9 @@ def test_help_lists_every_choice_with_its_words(helped, group, name, text):
 
 
 @pytest.mark.parametrize(("group", "name"), [(group, name) for group, name, _ in CHOICES])
-def test_help_says_whole_sentences(group, name):
-    assert dict(choices(CONF, group))[name].endswith(".")
+def test_help_says_one_whole_sentence(group, name):
+    text = dict(choices(CONF, group))[name]
+    assert text.endswith(".") and ". " not in text
 
 
 def test_every_line_of_the_examples_is_a_command_that_exists(helped):

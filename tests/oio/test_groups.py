@@ -34,3 +34,9 @@ def test_the_table_needs_two_seeds():
     assert out.getvalue() == ""
     show_groups([run(0, 0.05, 0.01), run(1, 0.06, 0.02)], Console(file=out, width=140))
     assert "2 of 2" in out.getvalue() and "55.0" in out.getvalue()
+
+
+def test_units_are_not_taken_for_markup():
+    out = io.StringIO()
+    show_groups([run(0, 0.05, 0.01), run(1, 0.06, 0.02)], Console(file=out, width=140))
+    assert "source error over seeds [mm]" in out.getvalue() and "cal. time [s]" in out.getvalue()

@@ -1,0 +1,39 @@
+"""What a person sees at the end: every unit, every name as it is."""
+
+import pytest
+
+from oio.console import show_summary, show_sweep
+
+OUTCOME = {
+    "source_error_m": 0.0123, "sd_m": 0.01, "nose_error_m": 0.004, "nees_source": 2.0, "inside_95": True, "nis_mean": 1.0,
+    "moves": 30, "time_s": 61.0, "found": True,
+}  # fmt: skip
+BEARING = {**OUTCOME, "source_error_m": None, "bearing_error_deg": 3.21}
+
+
+def document(outcome):
+    return {
+        "sensor": "ec", "profile": "paper", "dof": 5, "air": "still", "seed": 7, "cold": outcome, "calibrated": outcome,
+        "calibrated_paper_assembly": None, "dead_reckoning": {"nose_error_m": 0.02}, "bound_m": 0.009, "bound_ratio": 1.4,
+        "calibration": {"time_s": 80.0, "moves": 40, "u_a_ppm": 0.4, "u_b_m": 0.006, "error_ppm": 1.5},
+        "verdict": "WARN", "reasons": ["no [sense] in it."], "wall_s": 4.0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("outcome", "head"), [(OUTCOME, ("source", "[mm]")), (BEARING, ("bearing", "[deg]"))])
+def test_the_summary_has_its_units(capsys, outcome, head):
+    show_summary(document(outcome), "runs/[old]/1")
+    said = capsys.readouterr().out
+    for word in (*head, "+- [mm]", "nose error", "time [s]", "no [sense] in it.", "runs/[old]/1"):
+        assert word in said, said
+
+
+def test_the_sweep_has_its_units_and_names(capsys):
+    rows = [
+        {"job": "0_[a]", "state": "done", "error": None, "summary": document(OUTCOME)},
+        {"job": "1_[b]", "state": "failed", "error": "[no]", "summary": None},
+    ]
+    show_sweep(rows, "runs/[old]")
+    said = capsys.readouterr().out
+    for word in ("2 jobs, runs/[old]", "cold [mm]", "calibrated [mm]", "cal. time [s]", "u_a [ppm]", "wall [s]", "0_[a]", "1_[b]", "[no]"):
+        assert word in said, said
