@@ -27,12 +27,14 @@ class Odometry:
             self.belief = self._estimator.predict(self.known.model, self.belief, state)
 
     def reading(self, reading: GasReading) -> Innovation | None:
-        """A reading, taken at the time of the last joints; None before the first map."""
-        self.trace.reading(reading)
+        """A reading, taken at the time of the last joints; None before the first map. A missed one is neither kept nor counted."""
+        if not reading.missed:
+            self.trace.reading(reading)
         if self.belief is None:
             return None
         self.belief, innovation = self._estimator.update(self.known.model, self.belief, reading)
-        self._nis = [*self._nis[-49:], innovation.nis]
+        if not reading.missed:  # its innovation is gated and zero: a sensor that falls silent is no consistent filter
+            self._nis = [*self._nis[-49:], innovation.nis]
         return innovation
 
     def locate(self, measurements: int) -> tuple[Fit, ...]:

@@ -1,5 +1,6 @@
 """The frozen values that flow. Time is int nanoseconds since the world opened; everything else is SI or ppm."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -87,6 +88,11 @@ class GasReading:
     ppm: float
     sigma_ppm: float
     censored: bool = False
+
+    @property
+    def missed(self) -> bool:
+        """Whether value or uncertainty is no number: the sensor was asked and said nothing."""
+        return not (math.isfinite(self.ppm) and math.isfinite(self.sigma_ppm))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

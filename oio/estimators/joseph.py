@@ -1,7 +1,5 @@
 """One scalar update in Joseph form, P = (I - K H) P (I - K H)' + K R K' (Bucy & Joseph 1968): positive definite whatever the gain."""
 
-import math
-
 import numba
 import numpy as np
 
@@ -21,12 +19,11 @@ def condition(model: Model, belief: Belief, reading: GasReading, gate_nis: float
 
 def surprise(model: Model, belief: Belief, reading: GasReading, gate_nis: float) -> Innovation:
     """The innovation alone. A missed reading (NaN or infinite) is gated and has no residual: 0."""
-    missed = not (math.isfinite(reading.ppm) and math.isfinite(reading.sigma_ppm))
-    seen = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if missed else reading
+    seen = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if reading.missed else reading
     row, residual, r = told(model, belief.mean, belief.cov, seen)
     s = float(row @ belief.cov @ row) + r
-    residual = 0.0 if missed else residual
-    gated = missed or residual * residual > gate_nis * s
+    residual = 0.0 if reading.missed else residual
+    gated = reading.missed or residual * residual > gate_nis * s
     return Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
 
 

@@ -1,0 +1,63 @@
+"""What reaches the trace and what counts for consistency: readings that are numbers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from oio.odometry import Odometry
+from oio.records import GasReading, JointState, nanoseconds
+
+SILENT = [(math.nan, 0.05), (math.inf, 0.05), (-math.inf, 0.05), (1.0, math.nan), (1.0, math.inf)]
+
+
+def fed(odometry, sniffs, spoilt=()):
+    """Joints and readings of a trace in turn, each followed by the readings that are no numbers; the innovations of the latter."""
+    due, out = dict(zip(sniffs.at.tolist(), range(len(sniffs.at)), strict=True)), []
+    for i, (t_s, q) in enumerate(zip(sniffs.t_s, sniffs.q, strict=True)):
+        odometry.joints(JointState(nanoseconds(t_s), q, 0 * q, 0 * q))
+        if i in due:
+            r = due[i]
+            sound = GasReading(nanoseconds(t_s), int(sniffs.element[r]), float(sniffs.ppm[r]), float(sniffs.sigma_ppm[r]))
+            odometry.reading(sound)
+            out += [odometry.reading(replace(sound, ppm=ppm, sigma_ppm=sigma)) for ppm, sigma in spoilt]
+    return out
+
+
+@pytest.fixture
+def begun(lab, built):
+    """An odometry with a map, and what is sensed from then on."""
+    made = lab(3, 1, seed=31)
+    sniffs = made.problem(made.theta(), poses=8).sniffs
+
+    def make():
+        odometry = Odometry(built("ekf"), made.known, built("belief_map"))
+        fed(odometry, sniffs.between(0.0, 10.0))
+        odometry.locate(5)
+        return odometry
+
+    return make, sniffs.between(10.05, np.inf)
+
+
+def test_a_reading_that_is_no_number_is_as_none(begun):
+    make, rest = begun
+    clean, spoilt = make(), make()
+    fed(clean, rest)
+    innovations = fed(spoilt, rest, SILENT)
+    assert all(innovation.gated and innovation.residual[0] == 0.0 for innovation in innovations)
+    assert len(spoilt.trace) == len(clean.trace)
+    np.testing.assert_array_equal(spoilt.belief.mean, clean.belief.mean)
+    np.testing.assert_array_equal(spoilt.belief.cov, clean.belief.cov)
+    for limit in np.geomspace(0.01, 100.0, 40):
+        assert spoilt.consistent(limit) == clean.consistent(limit)
+    np.testing.assert_array_equal(spoilt.locate(8)[0].mean, clean.locate(8)[0].mean)
+
+
+def test_before_the_first_map_it_is_dropped(lab, built):
+    made = lab(3, 1, seed=32)
+    odometry = Odometry(built("ekf"), made.known, built("belief_map"))
+    odometry.joints(JointState(0, made.arm.home, np.zeros(3), np.zeros(3)))
+    for ppm, sigma in SILENT:
+        assert odometry.reading(GasReading(0, 0, ppm, sigma)) is None
+    assert len(odometry.trace) == 0
