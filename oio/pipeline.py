@@ -47,10 +47,14 @@ class Watched:
     def move(self, q_rad: Array) -> float:
         """Begin a smooth move to q_rad (n,); returns the seconds it takes. Raises BadInput for a goal out of limits."""
         goal = self._arm.checked(q_rad)
-        over_s = max(float(self._arm.duration_s(self._goal, goal)), 0.1)
+        over_s = self.move_s(goal)
         self._log.write(Event(self.t_ns, "move", move_text(goal, over_s)))
         self._goal = goal
         return self._world.move(goal, over_s)
+
+    def move_s(self, q_rad: Array) -> float:
+        """Seconds that a move to q_rad (n,) would take."""
+        return max(float(self._arm.duration_s(self._goal, q_rad)), 0.1)
 
     def present(self, source: str) -> None:
         """Open one gas source: `none`, `beacon` or `source`."""

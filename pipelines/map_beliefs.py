@@ -21,7 +21,7 @@ from oio.ranging import RangeLaw
 from oio.records import Array, seconds
 from oio.settings import in_range, settings
 from oio.spheres import vertex
-from oio.trace import Sniffs
+from oio.trace import Sniffs, Trace
 from oio.uncertainty import Noise, localisation
 
 
@@ -60,13 +60,10 @@ class MapBeliefs:
         trace, spans, moves = context.need(BoutCalibration).trace, list[tuple[float, float]](), 0
         while len(spans) < self.repeats or self._fits(context, spans):
             began_s = seconds(context.world.t_ns)
-            for i, distance in enumerate(self.distances_m):
-                dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
-                for sensed in sniff(context, self.sensor, self._pose(context, distance), dwell_s):
-                    trace.add(sensed)
-                moves += 1
-                what = f"repeat {len(spans) + 1} of {self.repeats} or more, measurement {i + 1} of {len(self.distances_m)}"
-                context.log.progress(context.world.t_ns, what, f"{len(trace)} readings")
+            made = self._measure(context, trace, len(spans))
+            moves += made
+            if made < len(self.distances_m):
+                break  # no repeat, but what was sensed helps the fit
             spans.append((began_s, seconds(context.world.t_ns)))
         fit = self._fit(context, trace.frozen())
         repeats = tuple(self._repeat(context, trace.frozen(), span, fit) for span in spans)
@@ -74,10 +71,25 @@ class MapBeliefs:
         type_b = localisation(np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats]), len(self.distances_m) - 1)
         return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves)
 
+    def _measure(self, context: Context, trace: Trace, repeats: int) -> int:
+        """Measurements of one more repeat that were made: all, or those that end within the budget if there are repeats enough."""
+        dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
+        for i, distance in enumerate(self.distances_m):
+            pose = self._pose(context, distance)
+            if repeats >= self.repeats and self._spent_s(context) + context.world.move_s(pose) + dwell_s > self.budget_s:
+                return i
+            for sensed in sniff(context, self.sensor, pose, dwell_s):
+                trace.add(sensed)
+            what = f"repeat {repeats + 1} of {self.repeats} or more, measurement {i + 1} of {len(self.distances_m)}"
+            context.log.progress(context.world.t_ns, what, f"{len(trace)} readings")
+        return len(self.distances_m)
+
     def _fits(self, context: Context, spans: list[tuple[float, float]]) -> bool:
         """Whether a repeat as long as the longest so far would end within the budget."""
-        spent_s = seconds(context.world.t_ns - context.need(Baselines).began_ns)
-        return spent_s + max(end - begin for begin, end in spans) <= self.budget_s
+        return self._spent_s(context) + max(end - begin for begin, end in spans) <= self.budget_s
+
+    def _spent_s(self, context: Context) -> float:
+        return seconds(context.world.t_ns - context.need(Baselines).began_ns)
 
     def _pose(self, context: Context, distance_m: float) -> Array:
         """A pose at that distance from the beacon, in a random direction; any pose where the arm cannot choose its distance."""

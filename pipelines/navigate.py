@@ -73,8 +73,10 @@ class Navigate:
                 mapped = len(moves)
                 declared = self.stop.holds(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
-        if mapped < len(moves):  # the last word is that of a map of everything
+        if mapped < len(moves) and len(odometry.trace) > 1:  # the last word is that of a map of everything
             maps.append(self._map(context, odometry, len(moves)))
+            declared = self.stop.holds(odometry, tuple(moves))
+            self._tell(context, odometry, len(moves))
         source = odometry.source()
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
@@ -96,6 +98,8 @@ class Navigate:
                 odometry.joints(sensed)
                 continue
             self._log(context, odometry, sensed)
+            if sensed.missed:
+                continue
             bout = detector.feed(sensed)
             if bout is not None:
                 fired.append(int(bout.fired))

@@ -1,0 +1,58 @@
+"""How long the repeats on the known source go on: at least so many, and more while the calibration ends within its budget."""
+
+import pytest
+
+from oio.bench.trial import experiment
+from oio.calibration import Baselines, MapCalibration
+from oio.log import MemoryLog
+from oio.pipeline import run_stages
+from oio.records import seconds
+from pipelines.map_beliefs import MapBeliefs
+
+WORDS = (
+    "sensor=ndir", "air=steady", "dof=3", "stage=[warm_up,baseline,calibrate_bouts,map_beliefs]", "stage.calibrate_bouts.moves_per_rung=1",
+    "stage.map_beliefs.repeats=2",
+)  # fmt: skip
+MEASUREMENTS = 5
+
+
+def calibrated(out, budget_s, seed):
+    """The map, and how long calibration took."""
+    built = experiment((*WORDS, f"stage.map_beliefs.budget_s={budget_s}"), seed)
+    with built.backend.open() as world:
+        results = run_stages(built.stages, world, built.arm, MemoryLog(), out, seed)
+    found = results[MapCalibration]
+    return found, seconds(found.ended_ns - results[Baselines].began_ns)
+
+
+@pytest.fixture(scope="module", params=[0, 1, 2])
+def least(request, tmp_path_factory):
+    """No budget at all: the fewest repeats."""
+    return request.param, *calibrated(tmp_path_factory.mktemp("least"), 0.0, request.param)
+
+
+def test_never_fewer_repeats_than_asked_for(least):
+    _, found, _ = least
+    assert (len(found.repeats), found.moves) == (2, 2 * MEASUREMENTS)
+
+
+def test_more_repeats_end_within_the_budget(least, tmp_path):
+    seed, fewest, took_s = least
+    found, time_s = calibrated(tmp_path, took_s + 16.0, seed)
+    assert took_s < time_s <= took_s + 16.0
+    assert len(found.repeats) > 2 and found.fit.readings > fewest.fit.readings
+
+
+def test_a_repeat_that_lasts_longer_than_thought_is_broken_off(least, tmp_path, monkeypatch):
+    """A measurement that would end too late is not begun; those before it are moves and readings, but no repeat."""
+    monkeypatch.setattr(MapBeliefs, "_fits", lambda *_: True)
+    seed, fewest, took_s = least
+    found, time_s = calibrated(tmp_path, took_s + 4.0, seed)
+    assert took_s < time_s <= took_s + 4.0
+    assert len(found.repeats) == 2 and 0 < found.moves - fewest.moves < MEASUREMENTS
+    assert found.fit.readings > fewest.fit.readings
+
+
+def test_the_budget_is_the_papers_time(built, composed):
+    for name, row in composed().table_1.items():
+        assert built("stage", f"sensor={name}", "stage=[map_beliefs]")["map_beliefs"].budget_s == row.time_s
