@@ -81,7 +81,7 @@ class BeliefMap:
         height, angle = 2.0 * u[:, 0] - 1.0, 2.0 * np.pi * u[:, 1]
         across = np.sqrt(1.0 - height**2)
         directions = np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=1)
-        return np.concatenate([nose_m + radius * directions for radius in self.shells_m])
+        return np.asarray(nose_m + np.multiply.outer(np.array(self.shells_m), directions).reshape(-1, 3))
 
 
 def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:

@@ -9,7 +9,7 @@ PRIMES = (2, 3, 5)
 
 def halton(count: int) -> Array:
     """The first `count` points (count, 3) in the unit cube, the origin first."""
-    return np.array([[_radical_inverse(i, base) for base in PRIMES] for i in range(count)])
+    return np.array([[_radical_inverse(i, base) for base in PRIMES] for i in range(count)]).reshape(count, 3)
 
 
 def _radical_inverse(i: int, base: int) -> float:

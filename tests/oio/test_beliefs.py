@@ -1,11 +1,15 @@
 """The belief map: hypotheses contain the truth, best first, apart; spheres have the radii of the law."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from oio.batch import Fit
-from oio.beliefs import problem_of, spheres_of, with_strength, without_source
+from oio import beliefs
+from oio.batch import Fit, solve
+from oio.beliefs import mirrored, problem_of, spheres_of, with_strength, without_source
+from oio.errors import BadInput
 
 
 def far(fit, source):
@@ -21,6 +25,70 @@ def test_the_hypotheses_contain_the_truth(lab, built):
         hypotheses = belief_map.locate(made.problem(theta, poses=8).sniffs, made.known)
         inside.append(min(far(fit, theta[:3]) for fit in hypotheses) < chi2.ppf(0.999, 3))
     assert sum(inside) >= 7
+
+
+def narrow(lab, dof, seed):
+    """Six sniffs of a source, and where a fit that begins at the truth ends."""
+    made = lab(dof, 1, seed=seed)
+    theta = np.array(made.mean)
+    theta[:3], theta[3] = made.rng.uniform([0.22, -0.2, 0.1], [0.42, 0.2, 0.28]), np.log(20.0)
+    sniffs = made.problem(theta, poses=6).sniffs
+    return made, sniffs, solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+
+
+def finds(belief_map, made, sniffs, best):
+    """Whether a hypothesis is the minimum at the truth."""
+    return any(np.linalg.norm(fit.mean[:3] - best.mean[:3]) < 0.02 for fit in belief_map.locate(sniffs, made.known))
+
+
+def as_it_is(problem, theta, gamma):
+    return theta
+
+
+@pytest.mark.parametrize(("dof", "seed"), [(3, 3), (5, 9)])
+def test_shells_find_what_coarse_places_miss(lab, built, dof, seed):
+    made, sniffs, best = narrow(lab, dof, seed)
+    belief_map = built("belief_map")
+    assert not finds(replace(belief_map, shell=0), made, sniffs, best) and finds(belief_map, made, sniffs, best)
+
+
+def test_the_mirror_point_is_tried(lab, built, monkeypatch):
+    """Coarse places alone leave the wrong side of the plane only, at a chi-square 22 worse."""
+    made, sniffs, best = narrow(lab, 5, 96)
+    coarse = replace(built("belief_map"), shell=0)
+    assert finds(coarse, made, sniffs, best)
+    monkeypatch.setattr(beliefs, "mirrored", as_it_is)
+    (wrong,) = coarse.locate(sniffs, made.known)
+    assert wrong.chi2 > best.chi2 + 20.0 and not finds(coarse, made, sniffs, best)
+    problem, noise = problem_of(sniffs, made.known), made.model.fluctuation
+    right = solve(problem, mirrored(problem, wrong.mean, noise.gamma), noise)
+    assert np.linalg.norm(right.mean[:3] - best.mean[:3]) < 0.02
+
+
+def test_a_mirror_point_smells_alike_from_the_plane_and_has_the_source_for_its_own(lab):
+    """One joint, still air."""
+    made = lab(1, 1, seed=7)
+    theta = made.theta()
+    theta[5:8] = 0.0
+    problem = problem_of(made.problem(theta, quiet=True).sniffs, made.known)
+    there = mirrored(problem, theta, 0.3)
+    assert abs(there[2] - theta[2]) > 0.02
+    np.testing.assert_allclose(there[:2], theta[:2], atol=1e-9)
+    np.testing.assert_allclose(problem.expect(there), problem.expect(theta), rtol=0.02)
+    np.testing.assert_allclose(mirrored(problem, there, 0.3)[:3], theta[:3], atol=1e-9)
+
+
+@pytest.mark.parametrize("none", [{"shell": 0}, {"shells_m": ()}, {"restarts": 0}])
+def test_no_shells_and_no_restarts_are_allowed(lab, built, none):
+    made, sniffs, _ = narrow(lab, 3, 3)
+    belief_map = replace(built("belief_map"), **none)
+    first = belief_map.locate(sniffs, made.known)
+    assert belief_map.locate(sniffs, made.known, first)[0].chi2 <= first[0].chi2 + 0.1
+
+
+def test_no_map_without_a_start(built):
+    with pytest.raises(BadInput, match="starts is 0"):
+        replace(built("belief_map"), starts=0)
 
 
 def test_hypotheses_are_best_first_and_apart(lab, built):
