@@ -86,10 +86,17 @@ def cold(arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal) -> Knowledge
 
 
 def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Noise) -> Knowledge:
-    """What the fit on the known source taught, but for the source itself."""
+    """What the fit on the known source taught, but for the source itself.
+
+    Where the repeats missed by more than their covariances said, all that a reading may stray by is inflated alike: the next source is
+    found with the same sensor in the same air.
+    """
+    more = float(np.sqrt(noise.inflation))
+    fl = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=more * fit.fluctuation.gamma)
+    law = replace(fit.law, stray=more * fit.law.stray, nose_u_m=more * fit.law.nose_u_m)
     mean, cov = around(fit.mean, noise.inflation * fit.cov, arm, fit.law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))
-    model = Model(arm, fit.law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fit.fluctuation, nominal.sigma_ppm, noise)
+    model = Model(arm, law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
     return Knowledge(mean, cov, model)

@@ -30,7 +30,10 @@ class Navigate:
     belief_map: BeliefMap
     strategy: Strategy
     rule: BoutRule
-    explore: int  # moves before the first belief map
+    explore: int  # moves before the first belief map, at least;
+    smelt: int  # and until so many of them smelt something,
+    explore_most: int  # but so many at most
+    smelt_sigmas: float  # above the baseline, in standard deviations of one reading
     remap: float  # the map is made anew after so many times the moves of the last one,
     recheck: int  # and while it is in doubt, after so many moves
     max_moves: int
@@ -45,6 +48,9 @@ class Navigate:
         in_range(
             self,
             explore=(4, 1000),
+            smelt=(0, 1000),
+            explore_most=(self.explore, 10_000),
+            smelt_sigmas=(0, 1e6),
             remap=(1.0, 100.0),
             recheck=(1, 10_000),
             max_moves=(self.explore, 10_000),
@@ -68,7 +74,7 @@ class Navigate:
                 break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
-            if self._map_due(odometry, len(moves), mapped) or self.stop.holds(odometry, tuple(moves)):
+            if self._map_due(odometry, moves, mapped) or self.stop.holds(odometry, tuple(moves)):
                 maps.append(self._map(context, odometry, len(moves)))
                 mapped = len(moves)
                 declared = self.stop.holds(odometry, tuple(moves))
@@ -92,7 +98,7 @@ class Navigate:
         law = odometry.known.mean[:LAW]
         view = View(self.arm, odometry.known.model, odometry.belief, odometry.hypotheses, moves, dwell_s, self.near_m, law)
         goal = self.strategy.propose(view, context.rng)
-        fired, last = [0], dict[int, float]()
+        fired, last, peak = [0], dict[int, float](), 0.0
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             if isinstance(sensed, JointState):
                 odometry.joints(sensed)
@@ -104,7 +110,8 @@ class Navigate:
             if bout is not None:
                 fired.append(int(bout.fired))
             last[sensed.element] = sensed.ppm - context.need(Calibration).baselines[sensed.element].ppm
-        return Move(goal, float(np.mean(fired)), float(np.mean(list(last.values()) or [0.0])))
+            peak = max(peak, last[sensed.element] / sensed.sigma_ppm)
+        return Move(goal, float(np.mean(fired)), float(np.mean(list(last.values()) or [0.0])), peak)
 
     def _log(self, context: Context, odometry: Odometry, reading: GasReading) -> None:
         innovation = odometry.reading(reading)
@@ -118,15 +125,19 @@ class Navigate:
             context.log.estimate(belief, odometry.known.model.names, odometry.known.model.units)
             context.log.odometry(belief.t_ns, *nose)
 
-    def _map_due(self, odometry: Odometry, moves: int, mapped: int) -> bool:
+    def _map_due(self, odometry: Odometry, made: list[Move], mapped: int) -> bool:
         """First after exploring; then ever more seldom, but soon while hypotheses compete or the filter is surprised."""
+        moves = len(made)
+        if mapped == 0:
+            smelt = sum(move.peak > self.smelt_sigmas for move in made)
+            return moves >= self.explore and (smelt >= self.smelt or moves >= self.explore_most)
         doubtful = len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.nis)
-        return moves >= self.explore and (moves >= self.remap * mapped or (doubtful and moves >= mapped + self.recheck))
+        return moves >= self.remap * mapped or (doubtful and moves >= mapped + self.recheck)
 
     def _tell(self, context: Context, odometry: Odometry, moves: int) -> None:
         source = odometry.source()
         if source is None:
-            context.log.progress(context.world.t_ns, f"exploring, move {moves} of {self.explore}", "no belief yet")
+            context.log.progress(context.world.t_ns, f"exploring, move {moves} of {self.explore} or more", "no belief yet")
             return
         hypotheses = [(fit.mean[:3], fit.cov[:3, :3]) for fit in odometry.hypotheses[1:]]
         text = f"source +- {1e3 * np.sqrt(np.trace(source[1])):.0f} mm"

@@ -18,7 +18,6 @@ from oio.settings import in_range, settings
 class DOptimal:
     """Explore first, then choose by expected information per second."""
 
-    explore: int  # moves that spread out before the first belief map
     around: int  # candidates about each hypothesis
     anywhere: int  # candidates anywhere
     distances_m: tuple[float, ...]  # from a hypothesis
@@ -26,11 +25,11 @@ class DOptimal:
 
     def check(self) -> None:
         """A map needs at least five measurements (SCIENCE: strength unknown)."""
-        in_range(self, explore=(4, 1000), around=(0, 10_000), anywhere=(1, 10_000), fold_rad=(0, 3))
+        in_range(self, around=(0, 10_000), anywhere=(1, 10_000), fold_rad=(0, 3))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
-        if view.belief is None or len(view.moves) < self.explore:
+        if view.belief is None:
             return spread_out(view, rng)
         candidates = self._candidates(view, rng)
         here = view.moves[-1].q if view.moves else view.arm.home

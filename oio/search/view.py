@@ -12,11 +12,13 @@ from oio.records import Array, Belief
 
 @dataclass(frozen=True)
 class Move:
-    """A finished move: the goal (n,) rad, which fraction of its readings were bouts, and the mean signal at its end [ppm]."""
+    """A finished move: the goal (n,) rad, which fraction of its readings were bouts, the mean signal at its end [ppm], and the
+    highest one on the way, in standard deviations of a reading."""
 
     q: Array
     bouts: float
     ppm: float
+    peak: float = 0.0
 
 
 @dataclass(frozen=True)
