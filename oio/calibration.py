@@ -87,11 +87,12 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Navigation:
-    """The search: when it ran, when maps were made (re-runs over the log make theirs then), and how it ended."""
+    """The search: when it ran, when maps were made (re-runs over the log make theirs then) and what they said, and how it ended."""
 
     began_ns: int
     ended_ns: int
     maps_ns: tuple[int, ...]
+    maps: tuple[tuple[Fit, ...], ...]
     move_ends_ns: tuple[int, ...]
     made: tuple[Move, ...]
     declared: bool

@@ -37,10 +37,13 @@ class Odometry:
             self._nis = [*self._nis[-49:], innovation.nis]
         return innovation
 
-    def locate(self, measurements: int) -> tuple[Fit, ...]:
-        """Make the map of the whole trace, so many measurements, and begin the filter anew from its best hypothesis."""
+    def locate(self, measurements: int, made: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
+        """Make the map of the whole trace, so many measurements, and begin the filter anew from its best hypothesis.
+
+        `made` is this very map, if it was made before: the same odometry run again over the log need not make it twice.
+        """
         assert self._joints is not None
-        self.hypotheses = self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
+        self.hypotheses = made or self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
         begin = self._estimator.begin if isinstance(self._estimator, Begins) else begun_from_best
         self.belief = begin(self.known.model, self.hypotheses, self._joints.t_ns, measurements)
         self._nis = []

@@ -19,6 +19,7 @@ class Variant:
     """One filter, and what the log said of it."""
 
     odometry: Odometry
+    searched: bool  # the filter that made the search: its maps are known
     nis: list[float] = field(default_factory=list)
     nose_errors_m: list[float] = field(default_factory=list)
     declared_ns: int | None = None
@@ -61,7 +62,8 @@ class Rerun:
         done = sum(end <= t_ns for end in self._search.move_ends_ns)
         for variant in self.variants.values():
             if t_ns in self._search.maps_ns:
-                variant.odometry.locate(done)
+                made = self._search.maps[self._search.maps_ns.index(t_ns)]
+                variant.odometry.locate(done, made if variant.searched else ())
             if variant.declared_ns is None and self._stop.holds(variant.odometry, self._search.made[:done]):
                 variant.declared_ns = t_ns
 

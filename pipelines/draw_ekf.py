@@ -30,7 +30,7 @@ class DrawEkf:
         """Both filters make their maps when the search made them."""
         known, search = context.need(Calibration), context.need(Navigation)
         starts = {"cold": known.cold, "calibrated": known.chosen}
-        variants = {name: Variant(Odometry(self.estimator, start, self.belief_map)) for name, start in starts.items()}
+        variants = {name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen) for name, at in starts.items()}
         rerun = Rerun(variants, self.sensor, search, self.stop)
         found = tracks(rerun, self.arm, context.log.samples(search.began_ns, search.ended_ns))
         draw(found, context.out / "figure_ekf.png")

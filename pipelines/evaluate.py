@@ -51,7 +51,7 @@ class Evaluate:
         starts = {"calibrated": known.chosen, "cold": known.cold}
         if self.paper_assembly:
             starts["calibrated_paper_assembly"] = known.paper
-        variants = {name: Variant(Odometry(self.estimator, start, self.belief_map)) for name, start in starts.items()}
+        variants = {name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen) for name, at in starts.items()}
         rerun = Rerun(variants, self.sensor, search, self.stop)
         rerun.over(context.log.samples(search.began_ns, search.ended_ns))
         return rerun

@@ -5,6 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from oio.arm import Arm
+from oio.batch import Fit
 from oio.beliefs import BeliefMap
 from oio.bouts import BoutDetector, BoutRule
 from oio.calibration import Calibration, Navigation
@@ -64,7 +65,7 @@ class Navigate:
         """Searches with the calibrated filter in the chosen assembly; every belief goes to the log."""
         context.world.present("source")
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
-        began, maps, ends, moves = context.world.t_ns, list[int](), list[int](), list[Move]()
+        began, maps, ends, moves = context.world.t_ns, list[tuple[int, tuple[Fit, ...]]](), list[int](), list[Move]()
         detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
         declared, mapped = False, 0
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
@@ -86,12 +87,13 @@ class Navigate:
         source = odometry.source()
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
-        return Navigation(began, context.world.t_ns, tuple(maps), tuple(ends), tuple(moves), declared, place, spread)
+        times, fits = tuple(t_ns for t_ns, _ in maps), tuple(fits for _, fits in maps)
+        return Navigation(began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread)
 
-    def _map(self, context: Context, odometry: Odometry, moves: int) -> int:
-        odometry.locate(moves)
+    def _map(self, context: Context, odometry: Odometry, moves: int) -> tuple[int, tuple[Fit, ...]]:
+        fits = odometry.locate(moves)
         self._log_belief(context, odometry)
-        return context.world.t_ns
+        return context.world.t_ns, fits
 
     def _move(self, context: Context, odometry: Odometry, detector: BoutDetector, moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s

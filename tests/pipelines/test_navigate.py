@@ -35,9 +35,9 @@ def located(monkeypatch):
     """After how many moves maps were made live."""
     made, locate = [], Odometry.locate
 
-    def noted(self, measurements):
+    def noted(self, measurements, known=()):
         made.append(measurements)
-        return locate(self, measurements)
+        return locate(self, measurements, known)
 
     monkeypatch.setattr(Odometry, "locate", noted)
     return made
