@@ -17,6 +17,8 @@ from oio.log.survey import survey
 from oio.records import seconds
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, of its offsets, CRC of the summary
+_DATA_END = struct.Struct("<BQ")  # opcode, length; a CRC of all data follows
+_DATA_END_SIZE = _DATA_END.size + 4
 _TAIL = _FOOTER.size + len(MCAP0_MAGIC)
 _GIVE = "Give the log of an OIO run, e.g. outputs/2026-01-31/12-00-00/run.mcap."
 
@@ -65,7 +67,7 @@ def metadata(path: Path) -> dict[str, str]:
 def _find_metadata(path: Path) -> dict[str, str] | None:
     with path.open("rb") as file:
         try:
-            for record in records(file, path.stat().st_size):
+            for record in records(file, path.stat().st_size, ended=False):
                 if isinstance(record, Metadata) and record.name == METADATA:
                     return dict(record.metadata)
                 if isinstance(record, Chunk):
@@ -86,7 +88,10 @@ def _summary_is_sound(file: IO[bytes], size: int) -> bool:
     file.seek(size - _TAIL)
     footer = file.read(_FOOTER.size)
     opcode, _, start, _, crc = _FOOTER.unpack(footer)
-    if opcode != 2 or not 0 < start <= size - _TAIL:
+    if opcode != 2 or not _DATA_END_SIZE < start <= size - _TAIL:
+        return False
+    file.seek(start - _DATA_END_SIZE)
+    if _DATA_END.unpack(file.read(_DATA_END.size)) != (15, 4):  # no checksum covers it: neither that of the data nor the summary's
         return False
     file.seek(start)
     summary = file.read(size - _TAIL - start)

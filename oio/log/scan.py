@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import IO
+from typing import IO, cast
 
 import zstandard
 from mcap.exceptions import McapError
@@ -14,18 +14,34 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 DAMAGE = (McapError, ValueError, struct.error, zstandard.ZstdError, MemoryError, OverflowError)
 
 
-def records(file: IO[bytes], size: int) -> Iterator[McapRecord]:
-    """The records of the data section, chunks still closed, and DataEnd last if it is reached; one of DAMAGE if it is not.
+class _Bounded:
+    """The first `size` bytes of a file. mcap takes fewer bytes than it asked for without a word; here that is damage."""
 
-    `size` is how many bytes of the file count; a longer record is damage and not a reason to reserve memory.
+    def __init__(self, file: IO[bytes], size: int) -> None:
+        self._file, self._left = file, size
+
+    def read(self, count: int) -> bytes:
+        """So many bytes; more than there are is no reason to reserve memory for them."""
+        if count > self._left:
+            raise ValueError("a record goes beyond the end")
+        self._left -= count
+        return self._file.read(count)
+
+
+def records(file: IO[bytes], size: int, ended: bool = True) -> Iterator[McapRecord]:
+    """The records of the data section, chunks still closed, and DataEnd last; one of DAMAGE if it is not reached.
+
+    `size` is how many bytes of the file count. Without DataEnd the checksum over all data goes unchecked: only a file that is
+    not `ended` may stop after any whole record.
     """
-    reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+    reader = StreamReader(cast(IO[bytes], _Bounded(file, size)), emit_chunks=True, validate_crcs=True, record_size_limit=size)
     for record in reader.records:
         if isinstance(record, Footer):
-            raise ValueError("its data has no end")  # or the checksum over all of it would go unchecked
+            break
         yield record
-        if isinstance(record, DataEnd) or file.tell() >= size:
+        if isinstance(record, DataEnd) or (not ended and file.tell() >= size):
             return
+    raise ValueError("its data has no end")
 
 
 class Picker:
@@ -66,4 +82,4 @@ class Picker:
 def written(path: Path, size: int, picker: Picker) -> Iterator[tuple[str, Message]]:
     """What is picked from the first `size` bytes of a file that is still being written."""
     with path.open("rb") as file:
-        yield from picker.pick(records(file, size))
+        yield from picker.pick(records(file, size, ended=False))

@@ -42,7 +42,7 @@ def sound_records(path: Path, found: Salvage) -> Iterator[McapRecord]:
     whole = True
     with path.open("rb") as file:
         try:
-            for record in records(file, os.fstat(file.fileno()).st_size):
+            for record in records(file, os.fstat(file.fileno()).st_size, ended=False):
                 inside = _opened(record)
                 whole &= inside is not None
                 yield from inside or ()

@@ -2,8 +2,10 @@
 
 import itertools
 import math
+import struct
 import tempfile
 import tracemalloc
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -191,6 +193,30 @@ def test_one_flipped_bit_anywhere_is_refused(tmp_path: Path) -> None:
     for at in range(0, len(whole), 1 + len(whole) // 400):
         path.write_bytes(whole[:at] + bytes([whole[at] ^ (1 << at % 8)]) + whole[at + 1 :])
         refusal(path)
+
+
+CHUNK, DATA_END = 6, 15
+CHUNK_HEAD = 9 + 3 * 8 + 4 + 4 + len("zstd") + 8  # up to the zstd frame: lengths, times, checksum, name of the compression
+
+
+def heads(whole: bytes) -> Iterator[tuple[int, int]]:
+    """Where each record's head begins and how long it is: of a chunk all but its data, of others opcode and length, at last all DataEnd."""
+    at, opcode = 8, 0
+    while opcode != DATA_END:  # all that follows is under one checksum
+        opcode, length = struct.unpack_from("<BQ", whole, at)
+        yield at, {CHUNK: CHUNK_HEAD, DATA_END: 9 + length}.get(opcode, 9)
+        at += 9 + length
+
+
+def test_one_flipped_bit_in_any_head_is_refused(tmp_path: Path) -> None:
+    """A chunk that says it is longer than the file takes all that follows for its own, and what it holds is sound."""
+    path = gas(tmp_path / "run.mcap")
+    whole = path.read_bytes()
+    assert sum(whole[at] == CHUNK for at, _ in heads(whole)) == 3
+    for at in (at for begin, length in heads(whole) for at in range(begin, begin + length)):
+        for bit in range(8):
+            path.write_bytes(whole[:at] + bytes([whole[at] ^ (1 << bit)]) + whole[at + 1 :])
+            refusal(path)
 
 
 def test_damage_says_where_and_what_to_type(tmp_path: Path) -> None:
