@@ -10,12 +10,13 @@ from oio.fluctuation import Fluctuation
 
 CALM = Fluctuation(1.0, 0.02, 0.3)
 SEEDS = (900, 901, 902)
+PLAYS_M, STRAYS = (0.001, 0.002, 0.003), (0.0, 0.05, 0.1, 0.2, 0.3)
 
 
 def beacon(lab, play_m, stray, seed):
     """A lab, the truth, and readings about a source whose place is known, made with so much free play and straying."""
     made = lab(3, 1, seed=seed)
-    made.law = replace(made.law, nose_u_m=play_m, stray=stray, air="all")
+    made.law = replace(made.law, air="all", nose_u_m=play_m, nose_choices_m=PLAYS_M, stray=stray, stray_choices=STRAYS)
     theta = made.theta()
     problem = made.problem(theta, poses=20, noise=CALM)
     mean, cov = np.array(problem.mean), np.array(problem.cov)
@@ -45,7 +46,7 @@ def test_free_play_and_straying_are_those_that_made_the_readings(lab, play_m, st
             expected = begun.predict(theta)
             found.add(_strayed(begun, CALM, begun.residual(theta, expected.ppm), expected.along))
         (law,) = found
-        assert steps_off(law.nose_u_m, play_m, law.nose_choices_m) < 2 and steps_off(law.stray, stray, law.stray_choices) < 2
+        assert steps_off(law.nose_u_m, play_m, PLAYS_M) < 2 and steps_off(law.stray, stray, STRAYS) < 2
         right += (law.nose_u_m, law.stray) == (play_m, stray)
     assert 2 * right > len(SEEDS)
 

@@ -19,7 +19,8 @@ from oio.summary import Evaluation
 
 WORDS = (
     "sensor=ndir", "air=steady", "dof=3", "stage.calibrate_bouts.moves_per_rung=1", "stage.map_beliefs.repeats=2",
-    "stage.map_beliefs.budget_s=0", "stage.navigate.explore=4", "stage.navigate.remap=1.5", "stage.navigate.recheck=100",
+    "stage.map_beliefs.budget_s=0", "stage.navigate.explore=4", "stage.navigate.smelt=0",
+    "stage.navigate.remap=1.5", "stage.navigate.recheck=100",
 )  # fmt: skip
 
 
@@ -54,6 +55,12 @@ def test_a_search_that_ends_undeclared_makes_a_last_map(tmp_path, located):
 def test_a_search_that_ends_on_a_map_makes_no_other(tmp_path, located):
     found, _ = searched(tmp_path, "stage.navigate.max_moves=6")
     assert located[:2] == [4, 6] and len(found.maps_ns) == 2
+
+
+def test_a_search_that_smells_nothing_explores_longer_but_not_for_ever(tmp_path, located):
+    deaf = ("stage.navigate.smelt=3", "stage.navigate.smelt_sigmas=1e6", "stage.navigate.explore_most=5")
+    searched(tmp_path, "stage.navigate.max_moves=7", *deaf)
+    assert located[:2] == [5, 7]
 
 
 def test_what_the_last_map_declares_is_declared(tmp_path, monkeypatch):
