@@ -4,6 +4,7 @@ import numpy as np
 
 from oio.arm import Arm
 from oio.batch import Fit, solve
+from oio.fluctuation import Fluctuation, whiten
 from oio.halton import halton
 from oio.knowledge import Knowledge, around
 from oio.problem import Problem
@@ -66,9 +67,9 @@ class BeliefMap:
         roughly = sorted((with_strength(problem, theta, weigh.gamma, left, 1, nose) for theta in begun), key=lambda pair: pair[0])
         fresh = self.restarts if before else self.starts
         best = roughly[: 4 * fresh]
-        tried = sorted((with_strength(problem, theta, weigh.gamma, left, 1, nose) for _, theta in best), key=lambda pair: pair[0])
+        tried = [with_strength(problem, theta, weigh.gamma, left, 1, nose)[1] for _, theta in best]
         starts = [fit.mean for fit in before]
-        for _, theta in tried:
+        for theta in sorted(tried, key=lambda theta: _minus_2_log_likelihood(problem, theta, weigh)):
             if len(starts) >= fresh + len(before):
                 break
             if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
@@ -82,6 +83,11 @@ class BeliefMap:
         across = np.sqrt(1.0 - height**2)
         directions = np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=1)
         return np.asarray(nose_m + np.multiply.outer(np.array(self.shells_m), directions).reshape(-1, 3))
+
+
+def _minus_2_log_likelihood(problem: Problem, theta: Array, noise: Fluctuation) -> float:
+    expected = problem.predict(theta)
+    return whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise).minus_2_log_likelihood
 
 
 def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:

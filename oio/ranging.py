@@ -51,6 +51,11 @@ class RangeLaw:
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
         in_range(self, nose_u_m=(1e-6, 1), stray=(0, 5), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        for key, low, high in (("nose_choices_m", 1e-6, 1.0), ("stray_choices", 0.0, 5.0)):
+            choices = getattr(self, key)
+            if not choices or not all(low <= choice <= high for choice in choices):
+                given = f"range.{key} is {list(choices)}"
+                raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range.{key}=[0.1].")
 
     def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> Field:
         """What fluctuations need to know of the mean field."""

@@ -19,13 +19,14 @@ class DOptimal:
     """Explore first, then choose by expected information per second."""
 
     around: int  # candidates about each hypothesis
-    anywhere: int  # candidates anywhere
+    anywhere: int  # candidates anywhere,
+    far_sd_m: float  # while the root of the trace of the source's covariance is above this: far out no law of the air is good to it
     distances_m: tuple[float, ...]  # from a hypothesis
     fold_rad: float  # spread of the joints from which a pose is sought: one place is reached in many ways
 
     def check(self) -> None:
         """A map needs at least five measurements (SCIENCE: strength unknown)."""
-        in_range(self, around=(0, 10_000), anywhere=(1, 10_000), fold_rad=(0, 3))
+        in_range(self, around=(0, 10_000), anywhere=(1, 10_000), far_sd_m=(0, 100), fold_rad=(0, 3))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
@@ -37,12 +38,14 @@ class DOptimal:
         return np.asarray(candidates[int(np.argmax(information(view, candidates) / cost_s))])
 
     def _candidates(self, view: View, rng: np.random.Generator) -> Array:
-        poses = [np.array([view.arm.random_pose(rng) for _ in range(self.anywhere)])]
-        if view.arm.dof >= 3 and self.around:
-            poses += [self._about(view, place, rng) for place in believed_places(view)]
-        every = np.concatenate(poses)
-        clear = every[keeps_off(view, every)]
-        return clear if len(clear) else every[:1]
+        near = [self._about(view, place, rng) for place in believed_places(view)] if view.arm.dof >= 3 and self.around else []
+        poses = np.concatenate([np.empty((0, view.arm.dof)), *near])
+        clear = poses[keeps_off(view, poses)]
+        if len(clear) and sd_m(view) <= self.far_sd_m:
+            return clear
+        far = np.array([view.arm.random_pose(rng) for _ in range(self.anywhere)])
+        clear = np.concatenate([clear, far[keeps_off(view, far)]])
+        return clear if len(clear) else far[:1]
 
     def _about(self, view: View, place: Array, rng: np.random.Generator) -> Array:
         """Poses (k, n) whose nose is at one of the distances from place (3,) m, each with the arm folded in another way."""
@@ -59,6 +62,13 @@ def believed_places(view: View) -> list[Array]:
     """The filter's source first, then the other hypotheses, (3,) m each."""
     assert view.belief is not None
     return [view.belief.mean[view.model.at["s"]], *(fit.mean[:3] for fit in view.hypotheses[1:])]
+
+
+def sd_m(view: View) -> float:
+    """Root of the trace of the believed source's covariance [m]."""
+    assert view.belief is not None
+    s = view.model.at["s"]
+    return float(np.sqrt(np.trace(view.belief.cov[s, s])))
 
 
 def keeps_off(view: View, q: Array) -> NDArray[np.bool_]:

@@ -45,7 +45,7 @@ def as_it_is(problem, theta, gamma):
     return theta
 
 
-@pytest.mark.parametrize(("dof", "seed"), [(3, 3), (5, 9)])
+@pytest.mark.parametrize(("dof", "seed"), [(3, 3), (3, 24), (5, 4), (5, 44)])
 def test_shells_find_what_coarse_places_miss(lab, built, dof, seed):
     made, sniffs, best = narrow(lab, dof, seed)
     belief_map = built("belief_map")
