@@ -9,7 +9,7 @@ from oio.batch import Fit
 from oio.fluctuation import Fluctuation
 from oio.model import Model, Wander
 from oio.problem import Layout
-from oio.ranging import RangeLaw
+from oio.ranging import PLAYS_MOST_M, STRAYS_MOST, RangeLaw
 from oio.records import Array
 from oio.settings import settings
 from oio.uncertainty import Noise
@@ -93,7 +93,8 @@ def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Nois
     """
     more = float(np.sqrt(noise.inflation))
     fl = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=more * fit.fluctuation.gamma)
-    law = replace(fit.law, stray=more * fit.law.stray, nose_u_m=more * fit.law.nose_u_m)
+    stray, nose_u_m = min(more * fit.law.stray, STRAYS_MOST), min(more * fit.law.nose_u_m, PLAYS_MOST_M)
+    law = replace(fit.law, stray=stray, nose_u_m=nose_u_m)
     mean, cov = around(fit.mean, noise.inflation * fit.cov, arm, fit.law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))

@@ -20,6 +20,7 @@ from oio.settings import in_range, settings
 
 AIRS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
 LAW = 9  # parameters of the law: s (3), l, n, k (3), u
+PLAYS_MOST_M, STRAYS_MOST = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
 _SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
 _RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
 
@@ -50,8 +51,8 @@ class RangeLaw:
             raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(AIRS[:-1])} or {AIRS[-1]}. Type range.air=all.")
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
-        in_range(self, nose_u_m=(1e-6, 1), stray=(0, 5), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
-        for key, low, high in (("nose_choices_m", 1e-6, 1.0), ("stray_choices", 0.0, 5.0)):
+        in_range(self, nose_u_m=(1e-6, PLAYS_MOST_M), stray=(0, STRAYS_MOST), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        for key, low, high in (("nose_choices_m", 1e-6, PLAYS_MOST_M), ("stray_choices", 0.0, STRAYS_MOST)):
             choices = getattr(self, key)
             if not choices or not all(low <= choice <= high for choice in choices):
                 given = f"range.{key} is {list(choices)}"

@@ -1,8 +1,9 @@
 """The next sniff is the pose that is expected to shrink the source's covariance most for the time it takes (D-optimal design).
 
-Candidates are poses about every hypothesis, at a few distances, and poses anywhere. A sniff at a candidate is one measurement of ln c with
-variance gamma^2 I / n + (sigma / c)^2, n the number of eddies that pass while it dwells; the posterior of the source under it is a rank-one
-update of the belief. Where hypotheses are left, how differently they answer counts as well (in units of that variance).
+Candidates are poses about every hypothesis, at a few distances, and poses anywhere while the source is not nearly known. A sniff at a
+candidate is one measurement of ln c with variance gamma^2 I / n + (sigma / c)^2, n the number of eddies that pass while it dwells; the
+posterior of the source under it is a rank-one update of the belief. Where hypotheses are left, how differently they answer counts as well
+(in units of that variance).
 """
 
 import numpy as np
@@ -16,7 +17,7 @@ from oio.settings import in_range, settings
 
 @settings
 class DOptimal:
-    """Explore first, then choose by expected information per second."""
+    """Spread out until there is a belief, then choose by expected information per second."""
 
     around: int  # candidates about each hypothesis
     anywhere: int  # candidates anywhere,
@@ -25,7 +26,7 @@ class DOptimal:
     fold_rad: float  # spread of the joints from which a pose is sought: one place is reached in many ways
 
     def check(self) -> None:
-        """A map needs at least five measurements (SCIENCE: strength unknown)."""
+        """Refuse a choice among nothing."""
         in_range(self, around=(0, 10_000), anywhere=(1, 10_000), far_sd_m=(0, 100), fold_rad=(0, 3))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:

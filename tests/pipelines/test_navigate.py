@@ -52,6 +52,15 @@ def test_a_search_that_ends_undeclared_makes_a_last_map(tmp_path, located):
     assert scored.calibrated.believed_m == found.source_m and scored.calibrated.sd_m == found.sd_m
 
 
+def test_maps_of_the_search_made_again_over_the_log_are_the_same(tmp_path, monkeypatch):
+    """The scored filter takes the search's maps as they are; made anew they score the same to the bit."""
+    _, taken = searched(tmp_path, "stage.navigate.max_moves=7")
+    locate = Odometry.locate
+    monkeypatch.setattr(Odometry, "locate", lambda self, measurements, known=(): locate(self, measurements))
+    _, anew = searched(tmp_path, "stage.navigate.max_moves=7")
+    assert anew.calibrated == taken.calibrated and anew.cold == taken.cold
+
+
 def test_a_search_that_ends_on_a_map_makes_no_other(tmp_path, located):
     found, _ = searched(tmp_path, "stage.navigate.max_moves=6")
     assert located[:2] == [4, 6] and len(found.maps_ns) == 2
