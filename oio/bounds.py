@@ -1,6 +1,7 @@
 """What no estimator can beat along the executed path: Cramer-Rao for an unbiased one, van Trees for one that knows a prior as well.
 
-Both keep the prior that calibration gave the nuisance parameters; they differ in whether anything was known of the source.
+Both keep the prior that calibration gave the nuisance parameters; they differ in whether anything was known of the source. Cramer-Rao
+holds at one truth, van Trees on average over all truths that the prior allows.
 """
 
 from dataclasses import dataclass
@@ -34,16 +35,25 @@ def cramer_rao(sniffs: Sniffs, known: Knowledge, theta: Array) -> Bound:
     problem = problem_of(sniffs, known)
     prior = np.asarray(np.linalg.inv(problem.cov), dtype=np.float64)
     prior[:4, :] = prior[:, :4] = 0.0
-    return _bound(problem, prior, known, theta)
+    return _bound(problem, prior + _information(problem, known, theta))
 
 
 def van_trees(sniffs: Sniffs, known: Knowledge, theta: Array) -> Bound:
-    """The posterior bound: the whole prior counts, the source's box too (Van Trees 1968, 2.4.3).
+    """The posterior bound with the information of one truth theta (P,): the whole prior counts, the source's box too."""
+    problem = problem_of(sniffs, known)
+    return _bound(problem, np.linalg.inv(problem.cov) + _information(problem, known, theta))
 
-    The information of the readings is that at theta (P,); its mean over truths is left to whoever draws them.
+
+def posterior(sniffs: Sniffs, known: Knowledge, rng: np.random.Generator, draws: int) -> Bound:
+    """The posterior bound, (E[F(theta)] + P0^-1)^-1 with the mean over `draws` truths from the prior (Van Trees 1968, 2.4.3).
+
+    The path stays the executed one, as if it had not been chosen for what was smelt, and the lag begins where the first reading had it.
     """
     problem = problem_of(sniffs, known)
-    return _bound(problem, np.asarray(np.linalg.inv(problem.cov), dtype=np.float64), known, theta)
+    root = np.linalg.cholesky(problem.cov)
+    truths = problem.mean + rng.standard_normal((draws, len(root))) @ root.T
+    mean = np.mean([_information(problem, known, theta) for theta in truths], axis=0)
+    return _bound(problem, np.linalg.inv(problem.cov) + mean)
 
 
 def of_source(information: Array) -> Array:
@@ -52,11 +62,16 @@ def of_source(information: Array) -> Array:
     return np.asarray(information[s, s] - information[s, n] @ np.linalg.solve(information[n, n], information[n, s]))
 
 
-def _bound(problem: Problem, prior: Array, known: Knowledge, theta: Array) -> Bound:
+def _information(problem: Problem, known: Knowledge, theta: Array) -> Array:
+    """Of the readings about theta, at theta (P, P); that their noise depends on theta too is left out."""
     expected = problem.predict(theta)
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows
+    return np.asarray(rows.T @ rows)
+
+
+def _bound(problem: Problem, information: Array) -> Bound:
     scale = np.sqrt(np.diag(problem.cov))  # metres, ppm and rad/s^2 side by side are ill conditioned
-    left = of_source(scale[:, None] * (rows.T @ rows + prior) * scale)
+    left = of_source(scale[:, None] * information * scale)
     values = np.linalg.eigvalsh(left)
     if values[0] <= NOTHING * max(1.0, float(values[-1])):
         return Bound(np.diag(np.full(3, np.inf)))

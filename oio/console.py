@@ -64,6 +64,8 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
             f"calibration {calibration['time_s']:.0f} s, {calibration['moves']} moves; u_a {calibration['u_a_ppm']:.3g} ppm, "
             f"u_b {1e3 * calibration['u_b_m']:.1f} mm, error {calibration['error_ppm']:.3g} ppm"
         )
+    if document["bound_m"] is not None:
+        console.print(_bounds(document))
     colour = {"PASS": "green", "WARN": "yellow", "FAIL": "red"}[document["verdict"]]
     console.print(f"verdict [bold {colour}]{document['verdict']}[/]{_coverage(document)}")
     for reason in document["reasons"]:
@@ -76,6 +78,15 @@ def _coverage(document: Mapping[str, Any]) -> str:
     if outcome is None or outcome["inside_95"] is None:
         return ""
     return f": the 95 % region {'contains' if outcome['inside_95'] else 'misses'} the source"
+
+
+def _bounds(document: Mapping[str, Any]) -> str:
+    """The error over what no estimator can beat: at this truth, and on average over truths from the prior."""
+    names = {"": "Cramer-Rao, at the truth", "posterior_": "van Trees, mean over the prior"}
+    parts = [
+        f"{number(document[f'{key}bound_ratio'], 1.0, 2)} ({name}: {number(document[f'{key}bound_m'])} mm)" for key, name in names.items()
+    ]
+    return f"error / bound {', '.join(parts)}"
 
 
 def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
@@ -96,9 +107,6 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
             number(o["nis_mean"], 1.0, 2), str(o["moves"]), number(o["time_s"], 1.0), "yes" if o["found"] else "no",
         )  # fmt: skip
     table.add_row("dead reckoning", "", "", number(document["dead_reckoning"]["nose_error_m"]), *[""] * 6)
-    if document["bound_m"] is not None:
-        table.add_row("Cramer-Rao bound", number(document["bound_m"]), *[""] * 8)
-        table.add_row("error / bound", number(document["bound_ratio"], 1.0, 2), *[""] * 8)
     return table
 
 

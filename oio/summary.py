@@ -52,7 +52,8 @@ class Evaluation:
     calibrated: Outcome
     calibrated_paper_assembly: Outcome | None  # None if it was not asked for
     dead_reckoning_m: float | None
-    bound_m: float | None
+    bound_m: float | None  # Cramer-Rao at the truth
+    posterior_bound_m: float | None  # van Trees, the mean over truths from the prior
     verdict: Verdict
     source_m: tuple[float, ...] | None
     simulated_s: float
@@ -60,8 +61,16 @@ class Evaluation:
     @property
     def bound_ratio(self) -> float | None:
         """Source error of the calibrated filter over the Cramer-Rao bound: 1 is usual of a filter that uses all there is."""
+        return self._over(self.bound_m)
+
+    @property
+    def posterior_bound_ratio(self) -> float | None:
+        """The same over van Trees' bound."""
+        return self._over(self.posterior_bound_m)
+
+    def _over(self, bound_m: float | None) -> float | None:
         error = self.calibrated.source_error_m
-        return None if error is None or not self.bound_m else error / self.bound_m
+        return None if error is None or not bound_m else error / bound_m
 
 
 def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
@@ -77,6 +86,8 @@ def summary(identity: dict[str, object], calibration: Calibration | None, found:
         "dead_reckoning": {"nose_error_m": found.dead_reckoning_m if found else None},
         "bound_m": found.bound_m if found else None,
         "bound_ratio": found.bound_ratio if found else None,
+        "posterior_bound_m": found.posterior_bound_m if found else None,
+        "posterior_bound_ratio": found.posterior_bound_ratio if found else None,
         "verdict": found.verdict.word if found else "WARN",
         "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was scored."],
         "simulated_s": found.simulated_s if found else None,

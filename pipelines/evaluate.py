@@ -2,9 +2,11 @@
 
 from typing import ClassVar
 
+import numpy as np
+
 from oio.arm import Arm
 from oio.beliefs import BeliefMap
-from oio.bounds import at_truth, cramer_rao
+from oio.bounds import at_truth, cramer_rao, posterior
 from oio.calibration import Baselines, Calibration, Navigation
 from oio.observability import blind_spots
 from oio.odometry import Odometry
@@ -12,7 +14,7 @@ from oio.pipeline import Context
 from oio.protocols import Estimator, Sensor
 from oio.records import seconds
 from oio.rerun import Rerun, Variant
-from oio.settings import settings
+from oio.settings import in_range, settings
 from oio.stop import StopRule
 from oio.summary import Evaluation
 from oio.verdict import Findings, Limits, judge
@@ -30,6 +32,11 @@ class Evaluate:
     stop: StopRule  # as navigate's
     limits: Limits
     paper_assembly: bool  # a third of the stage's time
+    bound_draws: int  # truths from the prior over which van Trees' bound is averaged
+
+    def check(self) -> None:
+        """A mean needs a draw."""
+        in_range(self, bound_draws=(1, 100_000))
 
     def run(self, context: Context) -> Evaluation:
         """Outcomes of all variants, dead reckoning, bound and verdict."""
@@ -37,13 +44,13 @@ class Evaluate:
         outcomes = {name: rerun.outcome(name) for name in rerun.variants}
         for name, outcome in outcomes.items():
             context.log.progress(context.world.t_ns, name, outcome.in_words())
-        bound_m = self._bound(rerun)
+        bound_m, posterior_bound_m = self._bounds(rerun, context.rng)
         effective = min(b.n_effective for b in context.need(Baselines).elements)
         verdict = judge(Findings(outcomes["calibrated"], bound_m, effective, self.arm.dof, self._unseen(rerun)), self.limits)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
             outcomes["cold"], outcomes["calibrated"], outcomes.get("calibrated_paper_assembly"),
-            rerun.dead_reckoning_m, bound_m, verdict, source, seconds(context.world.t_ns),
+            rerun.dead_reckoning_m, bound_m, posterior_bound_m, verdict, source, seconds(context.world.t_ns),
         )  # fmt: skip
 
     def _rerun(self, context: Context) -> Rerun:
@@ -56,12 +63,14 @@ class Evaluate:
         rerun.over(context.log.samples(search.began_ns, search.ended_ns))
         return rerun
 
-    def _bound(self, rerun: Rerun) -> float | None:
+    def _bounds(self, rerun: Rerun, rng: np.random.Generator) -> tuple[float | None, float | None]:
+        """Cramer-Rao at the truth and van Trees over the prior [m]."""
         odometry = rerun.variants["calibrated"].odometry
         if rerun.source is None or not odometry.hypotheses or self.arm.dof < 3:
-            return None
-        sniffs = odometry.trace.frozen()
-        return cramer_rao(sniffs, odometry.known, at_truth(sniffs, odometry.known, odometry.hypotheses[0].mean, rerun.source)).rms_m
+            return None, None
+        sniffs, known = odometry.trace.frozen(), odometry.known
+        truth = at_truth(sniffs, known, odometry.hypotheses[0].mean, rerun.source)
+        return cramer_rao(sniffs, known, truth).rms_m, posterior(sniffs, known, rng, self.bound_draws).rms_m
 
     def _unseen(self, rerun: Rerun) -> tuple[str, ...]:
         odometry = rerun.variants["calibrated"].odometry

@@ -38,6 +38,7 @@ IDENTITY = {"sensor", "profile", "dof", "backend", "air", "ekf", "assembly", "se
 VARIANTS = ["cold", "calibrated", "calibrated_paper_assembly"]
 SUMMARY = IDENTITY | {
     *("schema", "source_position_m", "calibration", *VARIANTS, "dead_reckoning", "bound_m", "bound_ratio"),
+    *("posterior_bound_m", "posterior_bound_ratio"),
     *("verdict", "reasons", "simulated_s", "wall_s"),
 }
 OUTCOME = {

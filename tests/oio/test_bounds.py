@@ -7,7 +7,7 @@ import pytest
 
 from oio.batch import solve
 from oio.beliefs import problem_of
-from oio.bounds import at_truth, cramer_rao, of_source, van_trees
+from oio.bounds import at_truth, cramer_rao, of_source, posterior, van_trees
 from oio.fluctuation import Fluctuation, whiten
 from oio.knowledge import Knowledge
 
@@ -109,3 +109,55 @@ def test_no_reading_of_a_source_has_no_bound(lab):
     sniffs, theta, _, _ = problem_and_information(made, poses=4)
     theta[3] = -60.0
     assert np.isinf(cramer_rao(sniffs, made.known, theta).rms_m)
+
+
+def test_the_mean_bound_is_that_of_one_truth_if_the_prior_knows_it(lab):
+    made = lab(3, 1, seed=10)
+    sniffs, _, problem, _ = problem_and_information(made)
+    known = Knowledge(made.mean, made.cov, made.model)
+    one = posterior(sniffs, known, StandsStill(), 3).cov
+    np.testing.assert_allclose(one, van_trees(sniffs, known, problem.mean).cov, rtol=1e-6)
+
+
+class StandsStill:
+    """Draws the prior's mean every time."""
+
+    def standard_normal(self, size):
+        return np.zeros(size)
+
+
+def test_the_mean_bound_lies_below_the_mean_of_the_bounds_and_repeats_with_its_seed(lab):
+    """The information is averaged, not its inverse: tr F^-1 is convex (Jensen)."""
+    made = lab(3, 1, seed=11)
+    sniffs, _, problem, _ = problem_and_information(made)
+    draws, root = 12, np.linalg.cholesky(problem.cov)
+    truths = problem.mean + np.random.default_rng(3).standard_normal((draws, len(root))) @ root.T
+    each = [np.trace(van_trees(sniffs, made.known, theta).cov) for theta in truths]
+    mean, again = (posterior(sniffs, made.known, np.random.default_rng(3), draws).rms_m for _ in range(2))
+    assert mean == again and 0 < mean**2 < np.mean(each)
+
+
+def redrawn(problem, theta, noise, rng, draw):
+    """The same path with other readings: those of theta; the lag has settled where it begins."""
+    lay, element = problem.layout, problem.sniffs.element
+    ppm = np.array(problem.sniffs.ppm)
+    start = problem.predict(theta).along.field.mean_ppm[0]
+    ppm[0] = start * np.exp(theta[lay.gain][0]) + theta[lay.baseline][0]
+    begun = replace(problem, sniffs=replace(problem.sniffs, ppm=ppm))
+    expected = begun.predict(theta)
+    ppm = expected.ppm + theta[lay.baseline][element] + draw(expected.along, noise, rng)[0]
+    return replace(begun, sniffs=replace(problem.sniffs, ppm=ppm))
+
+
+def test_the_mean_error_over_truths_from_the_prior_does_not_beat_the_posterior_bound(lab, draw):
+    made = lab(3, 1, seed=12)
+    lay, squares = made.layout, []
+    sniffs = made.problem(made.theta(), poses=8).sniffs
+    bound = posterior(sniffs, made.known, np.random.default_rng(0), 200)
+    problem = problem_of(sniffs, made.known)
+    root = np.linalg.cholesky(problem.cov)
+    for _ in range(30):
+        theta = problem.mean + root @ made.rng.standard_normal(lay.size)
+        fit = solve(redrawn(problem, theta, made.model.fluctuation, made.rng, draw), theta, made.model.fluctuation)
+        squares.append(np.sum((fit.mean[:3] - theta[:3]) ** 2))
+    assert np.sqrt(np.mean(squares)) > 0.8 * bound.rms_m

@@ -15,9 +15,18 @@ def document(outcome):
     return {
         "sensor": "ec", "profile": "paper", "dof": 5, "air": "still", "seed": 7, "cold": outcome, "calibrated": outcome,
         "calibrated_paper_assembly": None, "dead_reckoning": {"nose_error_m": 0.02}, "bound_m": 0.009, "bound_ratio": 1.4,
+        "posterior_bound_m": 0.006, "posterior_bound_ratio": 2.1,
         "calibration": {"time_s": 80.0, "moves": 40, "u_a_ppm": 0.4, "u_b_m": 0.006, "error_ppm": 1.5},
         "verdict": "WARN", "reasons": ["no [sense] in it."], "wall_s": 4.0,
     }  # fmt: skip
+
+
+def test_the_error_stands_over_both_bounds(capsys):
+    show_summary(document(OUTCOME), "runs/1")
+    said = capsys.readouterr().out
+    assert "error / bound 1.40 (Cramer-Rao, at the truth: 9.0 mm), 2.10 (van Trees, mean over the prior: 6.0 mm)" in said
+    show_summary({**document(OUTCOME), "bound_m": None, "bound_ratio": None}, "runs/1")
+    assert "error / bound" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("outcome", "head"), [(OUTCOME, ("source", "[mm]")), (BEARING, ("bearing", "[deg]"))])
