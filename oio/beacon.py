@@ -60,12 +60,16 @@ def _settled(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
 
 
 def _strayed(problem: Problem, noise: Fluctuation, residual: Array, along: Along) -> RangeLaw:
-    """The law with the free play and the straying that make the residuals (m,) likeliest."""
+    """The law with the free play and the straying that make the residuals (m,) likeliest.
+
+    Calmer than is usual counts as such only on very strong evidence: a beacon's few minutes of moving gas do not tell little straying from
+    none, and the next source is smelt elsewhere in the plume. Where the law holds the readings do say so, by tens.
+    """
 
     def cost(law: RangeLaw) -> float:
         slope_m = along.field.slope_m / problem.law.nose_u_m * law.nose_u_m
         there = replace(along, field=replace(along.field, slope_m=slope_m, stray=law.stray))
-        return whiten(residual[:, None], there, noise).minus_2_log_likelihood
+        return whiten(residual[:, None], there, noise).minus_2_log_likelihood + law.doubt
 
     plays, strays = problem.law.nose_choices_m, problem.law.stray_choices
     return min((replace(problem.law, nose_u_m=play, stray=stray) for play in plays for stray in strays), key=cost)

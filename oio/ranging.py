@@ -42,6 +42,9 @@ class RangeLaw:
     nose_choices_m: tuple[float, ...]  # of which calibration takes the likeliest
     stray: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C), until calibrated
     stray_choices: tuple[float, ...]  # likewise
+    usual_nose_u_m: float  # a choice below this,
+    usual_stray: float  # or below this,
+    calm_evidence: float  # must be so much likelier, in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
     gamma: float  # relative fluctuation of the gas on the plume's axis
     eddy_s: float  # its correlation time at r_ref
 
@@ -52,11 +55,17 @@ class RangeLaw:
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
         in_range(self, nose_u_m=(1e-6, PLAYS_MOST_M), stray=(0, STRAYS_MOST), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        in_range(self, usual_nose_u_m=(0, PLAYS_MOST_M), usual_stray=(0, STRAYS_MOST), calm_evidence=(0, 1e6))
         for key, low, high in (("nose_choices_m", 1e-6, PLAYS_MOST_M), ("stray_choices", 0.0, STRAYS_MOST)):
             choices = getattr(self, key)
             if not choices or not all(low <= choice <= high for choice in choices):
                 given = f"range.{key} is {list(choices)}"
                 raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range.{key}=[0.1].")
+
+    @property
+    def doubt(self) -> float:
+        """What this law's calm costs it, in -2 ln L, against laws that are not calmer than is usual."""
+        return self.calm_evidence * ((self.nose_u_m < self.usual_nose_u_m) + (self.stray < self.usual_stray))
 
     def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> Field:
         """What fluctuations need to know of the mean field."""

@@ -16,7 +16,7 @@ PLAYS_M, STRAYS = (0.001, 0.002, 0.003), (0.0, 0.05, 0.1, 0.2, 0.3)
 def beacon(lab, play_m, stray, seed):
     """A lab, the truth, and readings about a source whose place is known, made with so much free play and straying."""
     made = lab(3, 1, seed=seed)
-    made.law = replace(made.law, air="all", nose_u_m=play_m, nose_choices_m=PLAYS_M, stray=stray, stray_choices=STRAYS)
+    made.law = replace(made.law, air="all", nose_u_m=play_m, nose_choices_m=PLAYS_M, stray=stray, stray_choices=STRAYS, calm_evidence=0.0)
     theta = made.theta()
     problem = made.problem(theta, poses=20, noise=CALM)
     mean, cov = np.array(problem.mean), np.array(problem.cov)
@@ -59,6 +59,19 @@ def test_the_fit_is_made_with_what_it_found(lab, stray):
         law = fit_beacon(beginning(problem, 0.003, 0.2), 1.0).law
         assert replace(law, nose_u_m=problem.law.nose_u_m, stray=problem.law.stray) == problem.law
         assert law.stray <= 0.05 if stray == 0.0 else law.stray >= 0.2
+
+
+def test_calm_is_believed_on_strong_evidence_only(lab):
+    """Readings that stray by nothing speak for it by tens; what costs more than they say leaves the usual straying."""
+    for evidence, calm in ((0.0, True), (10.0, True), (1e4, False)):
+        for seed in SEEDS:
+            _, theta, problem = beacon(lab, 0.001, 0.0, seed)
+            begun = beginning(problem, 0.003, 0.2)
+            begun = replace(begun, law=replace(begun.law, usual_nose_u_m=0.002, usual_stray=0.1, calm_evidence=evidence))
+            expected = begun.predict(theta)
+            law = _strayed(begun, CALM, begun.residual(theta, expected.ppm), expected.along)
+            assert (law.stray <= 0.05) == calm
+            assert calm or (law.nose_u_m, law.stray) == (0.002, 0.1)
 
 
 def test_one_choice_is_no_choice(lab):
