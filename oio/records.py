@@ -1,7 +1,8 @@
 """The frozen values that flow. Time is int nanoseconds since the world opened; everything else is SI or ppm."""
 
+import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 SECOND_NS = 1_000_000_000
 _ARRAYS = (np.ndarray, list)
+_SCALARS = (int, float, bool, str)
 
 
 def seconds(t_ns: int) -> float:
@@ -22,17 +24,23 @@ def nanoseconds(t_s: float) -> int:
     return round(t_s * SECOND_NS)
 
 
+@functools.cache
+def _not_scalars(kind: Any) -> tuple[str, ...]:
+    """Names of the fields that may hold arrays; kept, because a world and a filter make a hundred records a second."""
+    return tuple(field.name for field in fields(kind) if field.type not in _SCALARS)
+
+
 class _ReadOnlyArrays:
     """Arrays are float64 copies that nobody can write to after entry."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:  # type: ignore[attr-defined]  # a filter makes three records per step: `fields` is slow
+        for name in _not_scalars(type(self)):  # type: ignore[arg-type]  # mypy takes the hash of its instances for that of a class
             value: Any = getattr(self, name)
             if isinstance(value, _ARRAYS):
                 array = np.array(value, dtype=np.float64)
-                array.flags.writeable = False
+                array.setflags(write=False)
                 object.__setattr__(self, name, array)
 
 

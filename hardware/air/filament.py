@@ -1,15 +1,17 @@
 """Puffs in correlated turbulence (Farrell, Murlis, Long, Li, Carde 2002, Environ. Fluid Mech. 2:143): intermittent, as real plumes are.
 
 The source lets out Gaussian puffs at a steady rate. Each is carried by the mean wind, by a meander that all puffs share, and by a
-velocity of its own; both are Ornstein-Uhlenbeck processes, stepped exactly, so the spread does not depend on the step. Puffs grow by
+velocity of its own; both are Ornstein-Uhlenbeck processes, stepped so that the spread does not depend on the step. Puffs grow by
 sigma^2 = sigma_0^2 + 2 D age. A puff is forgotten when it is too old or too far away. Free space: no table, no walls, no arm.
+A plume that has stood for a while is drawn, not simulated: see `hardware.air.standing`.
 """
 
 import math
 
-import numba
 import numpy as np
 
+from hardware.air import puffs
+from hardware.air.standing import Wander, stood
 from oio.records import Array
 from oio.settings import in_range, settings
 
@@ -44,85 +46,63 @@ class Filament:
 class LiveFilament:
     """The puffs of one source; memory is bounded by puffs_per_s * age_s."""
 
-    _STAND_STEP_S = 0.05
-
     def __init__(self, air: Filament, wind_rad: float, rng: np.random.Generator) -> None:
         self._air, self._rng = air, rng
         self.wind_m_s = air.wind_m_s * np.array([math.cos(wind_rad), math.sin(wind_rad), 0.0])
+        self._own, self._shared = Wander(air.turbulence_m_s, air.eddy_s), Wander(air.meander_m_s, air.meander_s)
         self._meander = air.meander_m_s * rng.standard_normal(3)
-        capacity = int(air.puffs_per_s * (air.age_s + 1)) + 2
-        self._position, self._velocity, self._age = np.zeros((capacity, 3)), np.zeros((capacity, 3)), np.zeros(capacity)
+        self._puffs = puffs.table(int(air.puffs_per_s * (air.age_s + 1)) + 2)
         self._count, self._due = 0, 0.0
         self._source_m: Array | None = None
         self._puff_ml = 0.0
 
+    @property
+    def places_m(self) -> Array:
+        """Where the puffs are (n, 3) m."""
+        return self._puffs[:3, : self._count].T.astype(np.float64)
+
     def present(self, source_m: Array | None, emission_ml_s: float) -> None:
         """Replace the source: old gas is aired out, the new plume has stood for `stood_s`."""
-        self._source_m, self._puff_ml = source_m, emission_ml_s / self._air.puffs_per_s
+        air = self._air
+        self._source_m, self._puff_ml = source_m, emission_ml_s / air.puffs_per_s
         self._count, self._due = 0, 0.0
+        self._meander = self._shared.later(self._meander, air.stood_s, self._rng)
         if source_m is not None:
-            for _ in range(round(self._air.stood_s / self._STAND_STEP_S)):
-                self.step(self._STAND_STEP_S)
+            age_s = np.arange(round(min(air.stood_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
+            places, velocities = stood(age_s, source_m, self.wind_m_s, self._meander, self._own, self._shared, self._rng)
+            self._add(places, velocities, age_s)
+            self._settle()
 
     def step(self, dt_s: float) -> None:
         """Move, grow, forget and release puffs."""
-        air = self._air
-        keep = math.exp(-dt_s / air.meander_s)
-        self._meander = keep * self._meander + air.meander_m_s * math.sqrt(1 - keep * keep) * self._rng.standard_normal(3)
-        carried = self.wind_m_s + self._meander
-        self._count = _move(
-            self._position, self._velocity, self._age, self._count, dt_s, carried,
-            math.exp(-dt_s / air.eddy_s), air.turbulence_m_s, air.age_s, air.range_m, self._rng,
-        )  # fmt: skip
+        own, count = self._own, self._count
+        self._meander = self._shared.later(self._meander, dt_s, self._rng)
+        bits = self._rng.bit_generator.random_raw(3 * count).reshape(3, count)
+        carried_m = (self.wind_m_s + self._meander) * dt_s
+        puffs.carry(self._puffs, count, bits, carried_m, own.keep(dt_s), own.kick_m_s(dt_s), own.half_s(dt_s), dt_s)
         if self._source_m is not None:
-            self._release(dt_s)
+            self._release(self._source_m, dt_s)
+        self._settle()
 
-    def _release(self, dt_s: float) -> None:
+    def _release(self, source_m: Array, dt_s: float) -> None:
         self._due += dt_s * self._air.puffs_per_s
-        while self._due >= 1.0:
-            self._due -= 1.0
-            i = self._count
-            self._position[i] = self._source_m
-            self._velocity[i] = self._air.turbulence_m_s * self._rng.standard_normal(3)
-            self._age[i] = 0.0
-            self._count += 1
+        fresh = int(self._due)
+        self._due -= fresh
+        self._add(source_m, self._air.turbulence_m_s * self._rng.standard_normal((fresh, 3)), np.zeros(fresh))
+
+    def _add(self, place_m: Array, velocity_m_s: Array, age_s: Array) -> None:
+        """Puffs at place_m (n, 3) or (3,) with velocity_m_s (n, 3), age_s (n,) old."""
+        new = slice(self._count, self._count + len(age_s))
+        self._puffs[:3, new] = np.broadcast_to(place_m, velocity_m_s.shape).T
+        self._puffs[3:6, new] = velocity_m_s.T
+        self._puffs[puffs.AGE, new] = age_s
+        self._count = new.stop
+
+    def _settle(self) -> None:
+        a = self._air
+        self._count = puffs.forget(self._puffs, self._count, a.age_s, a.range_m)
+        puffs.grow(self._puffs, self._count, a.puff_m**2, 2 * a.growth_m2_s)
 
     def ppm(self, p_m: Array) -> float:
         """Sum over puffs of Q / ((2 pi)^1.5 sigma^3) exp(-d^2 / 2 sigma^2) at (3,) m; 1 ml in 1 m^3 is 1 ppm."""
-        a = self._air
-        return float(self._puff_ml * _density(self._position, self._age, self._count, p_m, a.puff_m**2, 2 * a.growth_m2_s))
-
-
-@numba.njit(cache=True)
-def _move(
-    position: Array, velocity: Array, age: Array, count: int, dt: float, carried: Array,
-    keep: float, turbulence: float, oldest: float, farthest: float, rng: np.random.Generator,
-) -> int:  # fmt: skip
-    kick = turbulence * np.sqrt(1.0 - keep * keep)
-    kept = 0
-    for i in range(count):
-        far = 0.0
-        for a in range(3):
-            old = velocity[i, a]
-            new = keep * old + kick * rng.standard_normal()
-            x = position[i, a] + (carried[a] + 0.5 * (old + new)) * dt
-            position[kept, a], velocity[kept, a] = x, new
-            far += x * x
-        age[kept] = age[i] + dt
-        if age[kept] < oldest and far < farthest * farthest:
-            kept += 1
-    return kept
-
-
-@numba.njit(cache=True)
-def _density(position: Array, age: Array, count: int, p: Array, start: float, growth: float) -> float:
-    total = 0.0
-    for i in range(count):
-        variance = start + growth * age[i]
-        x = position[i, 0] - p[0]
-        if x * x >= 25.0 * variance:
-            continue
-        d = x * x + (position[i, 1] - p[1]) ** 2 + (position[i, 2] - p[2]) ** 2
-        if d < 25.0 * variance:  # beyond five sigma a puff adds less than 4e-6 of its peak
-            total += np.exp(-0.5 * d / variance) / (2.0 * np.pi * variance) ** 1.5
-    return total
+        return self._puff_ml * puffs.density(self._puffs, self._count, p_m)

@@ -45,7 +45,7 @@ class LiveSteady:
         """Concentration above background at (3,) m; finite at the source itself (radius 1 mm)."""
         if self.source_m is None:
             return 0.0
-        k, wind, away = self.air.diffusivity_m2_s, np.array(self.air.wind_m_s), p_m - self.source_m
-        r = max(float(np.linalg.norm(away)), 1e-3)
-        upwind = (float(np.linalg.norm(wind)) * r - float(wind @ away)) / (2 * k)
+        k, wind, away = self.air.diffusivity_m2_s, self.air.wind_m_s, (p_m - self.source_m).tolist()
+        r = max(math.hypot(*away), 1e-3)
+        upwind = (math.hypot(*wind) * r - sum(u * x for u, x in zip(wind, away, strict=True))) / (2 * k)
         return self.emission_ml_s / (4 * math.pi * k * r) * math.exp(-max(upwind, 0.0))

@@ -1,6 +1,6 @@
 """A simulated bench: MuJoCo moves the arm, puffs carry the gas, a specimen of the sensor smells it.
 
-Each control tick (20 ms, ten physics steps of 2 ms): servos get the set-point of the minimum-jerk move, seen through their drifting
+Each control tick (20 ms, five physics steps of 4 ms): servos get the set-point of the minimum-jerk move, seen through their drifting
 encoders; the arm moves; the air moves; the sensor is exposed; what is due is sampled.
 """
 
@@ -69,10 +69,13 @@ class MujocoSim:
 class Bench:
     """The live simulation. Time is counted in control ticks, so it never drifts. `warned` is where MuJoCo's warnings come in."""
 
+    _SAG_S = 1.0  # to sag into the servos and the free play
+
     def __init__(self, sim: MujocoSim, warned: list[str]) -> None:
         self._sim, self._ticks, self._warned = sim, 0, warned
         self._model, self.mjcf = sim.model()
         self._data = mujoco.MjData(self._model)
+        self._tick_ns, self._sample_ns = nanoseconds(sim.joint_period_s), nanoseconds(sim.sensor.sample_s)
         self._substeps = round(sim.joint_period_s / self._model.opt.timestep)
         if not math.isclose(self._substeps * self._model.opt.timestep, sim.joint_period_s):
             raise BadInput(
@@ -97,16 +100,17 @@ class Bench:
         self._open: str = "none"
         self._from = self._goal = sim.arm.home
         self._began_s, self._over_s = 0.0, 0.1
-        self._gas_due_ns, self._element, self._ppm = nanoseconds(sim.sensor.sample_s), 0, sim.background_ppm
-        self._joints = [self._model.joint(name).qposadr[0] for name in sim.arm.names]
-        self._actuators = [self._model.actuator(name).id for name in sim.arm.all_names]
+        self._gas_due_ns, self._element, self._ppm = self._sample_ns, 0, sim.background_ppm
+        self._joints = np.array([self._model.joint(name).qposadr[0] for name in sim.arm.names])
+        self._servos = np.array([self._model.actuator(name).id for name in sim.arm.names])
+        self._nose_m, self._angles, self._ctrl = self._data.site("nose").xpos, self._data.qpos, self._data.ctrl  # views of the live data
         self._stand_still()
 
     def _stand_still(self) -> None:
-        for i, name in enumerate(self._sim.arm.all_names):
-            self._data.joint(name).qpos = self._sim.arm.home_rad[i]
-            self._data.ctrl[self._actuators[i]] = self._sim.arm.home_rad[i]
-        self._step(500)  # one second to sag into the servos and the free play
+        for name, home in zip(self._sim.arm.all_names, self._sim.arm.home_rad, strict=True):
+            self._data.joint(name).qpos = home
+            self._data.actuator(name).ctrl = home
+        self._step(round(self._SAG_S / self._model.opt.timestep))
         self._data.time = 0.0
 
     def _step(self, count: int) -> None:
@@ -120,7 +124,7 @@ class Bench:
     @property
     def t_ns(self) -> int:
         """Nanoseconds since the world opened."""
-        return self._ticks * nanoseconds(self._sim.joint_period_s)
+        return self._ticks * self._tick_ns
 
     def move(self, q_rad: Array, over_s: float) -> float:
         """Begin a minimum-jerk move from where the set-point is now; raises BadInput for a goal of another length or not finite."""
@@ -141,62 +145,62 @@ class Bench:
     def samples(self, for_s: float) -> Iterator[WorldSample]:
         """Run for `for_s`, rounded to whole control ticks."""
         until_ns = self.t_ns + nanoseconds(for_s)
-        while self.t_ns + nanoseconds(self._sim.joint_period_s) <= until_ns:
-            yield from self._tick()
+        while self.t_ns + self._tick_ns <= until_ns:
+            self._move_on()
+            yield self._encoders.read(self.t_ns, self._angles[self._joints])
+            self._breathe()
+            due = self.t_ns >= self._gas_due_ns
+            if due or self._ticks % self._sim.truth_every == 0:
+                yield self._truth()
+            if due:
+                yield self._sniff()
 
     def _set_point(self) -> Array:
         return self._from + smooth((seconds(self.t_ns) - self._began_s) / self._over_s) * (self._goal - self._from)
 
-    def _tick(self) -> Iterator[WorldSample]:
-        sim, t_s = self._sim, seconds(self.t_ns)
-        self._data.ctrl[self._actuators[: sim.arm.dof]] = self._set_point() - self._encoders.offset(t_s)
+    def _move_on(self) -> None:
+        self._ctrl[self._servos] = self._set_point() - self._encoders.offset(seconds(self.t_ns))
         self._step(self._substeps)
         self._ticks += 1
-        yield self._encoders.read(self.t_ns, self._data.qpos[self._joints])
+
+    def _breathe(self) -> None:
+        sim = self._sim
         if self._ticks % sim.air_every == 0:
             self._air.step(sim.air_every * sim.joint_period_s)
-        self._breathe(sim.joint_period_s)
-        due = self.t_ns >= self._gas_due_ns
-        if due or self._ticks % sim.truth_every == 0:
-            yield self._truth()
-        if due:
-            yield self._sniff()
-
-    def _breathe(self, dt_s: float) -> None:
-        self._ppm = self._sim.background_ppm + self._air.ppm(self._nose())
-        self._specimen.step(self._ppm, dt_s)
+        self._ppm = sim.background_ppm + self._air.ppm(self._nose_m)
+        self._specimen.step(self._ppm, sim.joint_period_s)
 
     def _sniff(self) -> GasSample:
         sample = GasSample(self.t_ns, self._element, self._specimen.sample(self._element, seconds(self.t_ns)))
-        self._gas_due_ns += nanoseconds(self._sim.sensor.sample_s)
+        self._gas_due_ns += self._sample_ns
         self._element = (self._element + 1) % self._sim.sensor.elements
         return sample
-
-    def _nose(self) -> Array:
-        return np.array(self._data.site("nose").xpos)
 
     def _truth(self) -> Truth:
         place = self._places[self._open]
         source = np.full(3, np.nan) if place is None else place
-        return Truth(self.t_ns, self._data.qpos[self._joints], self._nose(), source, self._ppm)
+        return Truth(self.t_ns, self._angles[self._joints], self._nose_m, source, self._ppm)
 
 
 class _Encoders:
     """Counts with a drift 1/2 a t^2 and a homing offset; velocity and acceleration are differences of counts, as a bus gives them."""
 
     def __init__(self, accel: Array, homing: Array, step_rad: float, period_s: float) -> None:
-        self._accel, self._homing, self._step, self._period = accel, homing, step_rad, period_s
+        self._half_accel, self._homing, self._step, self._period = 0.5 * accel, homing, step_rad, period_s
         self._q: Array | None = None
         self._dq = np.zeros_like(accel)
 
     def offset(self, t_s: float) -> Array:
         """What the encoders add to the joint angle at t_s (n,) rad."""
-        return self._homing + 0.5 * self._accel * t_s * t_s
+        return self._homing + self._half_accel * (t_s * t_s)
 
     def read(self, t_ns: int, q_true: Array) -> JointState:
         """Quantised angle and its differences."""
-        q = np.round((q_true + self.offset(seconds(t_ns))) / self._step) * self._step
-        dq = (q - self._q) / self._period if self._q is not None else np.zeros_like(q)
-        ddq = (dq - self._dq) / self._period if self._q is not None else np.zeros_like(q)
+        q = np.rint((q_true + self.offset(seconds(t_ns))) / self._step) * self._step
+        if self._q is None:
+            dq = ddq = self._dq
+        else:
+            dq = (q - self._q) / self._period
+            ddq = (dq - self._dq) / self._period
         self._q, self._dq = q, dq
         return JointState(t_ns, q, dq, ddq)

@@ -139,8 +139,15 @@ class _Element:
     tau_factor: float
     feels_ppm: float = math.nan
     drift: float = 0.0
+    drifted_at_s: float = 0.0
     held: float = math.nan
     held_since_s: float = -math.inf
+
+    def drifted(self, per_sqrt_h: float, t_s: float, noise: np.random.Generator) -> float:
+        """The random walk of the baseline at t_s; it is only looked at when a value is taken, so only then is it walked on."""
+        self.drift += per_sqrt_h * math.sqrt((t_s - self.drifted_at_s) / 3600.0) * noise.standard_normal()
+        self.drifted_at_s = t_s
+        return self.drift
 
 
 class Specimen:
@@ -155,21 +162,21 @@ class Specimen:
         ]
 
     def step(self, ppm: float, dt_s: float) -> None:
-        """Expose every element to `ppm` for `dt_s`: exact hold of the first-order lag, random walk of the baseline."""
-        d, walk = self._nose.dynamics, self._nose.spread.drift_per_sqrt_h * math.sqrt(dt_s / 3600.0)
+        """Expose every element to `ppm` for `dt_s`: exact hold of the first-order lag."""
+        d = self._nose.dynamics
         self._t_s += dt_s
         for element in self._elements:
             if math.isnan(element.feels_ppm):
                 element.feels_ppm = ppm  # it has stood in this air for long
             tau = (d.tau_rise_s if ppm > element.feels_ppm else d.tau_fall_s) * element.tau_factor
             element.feels_ppm += (1.0 - math.exp(-dt_s / tau)) * (ppm - element.feels_ppm)
-            element.drift += walk * self._noise.standard_normal()
 
     def sample(self, element: int, t_s: float) -> float:
         """The value on the wire at t_s; repeated until the element's update time has passed."""
         e, nose = self._elements[element], self._nose
         if t_s - e.held_since_s >= nose.dynamics.update_s - 1e-6:
-            signal = e.bias + e.drift + self._slow() + nose.spread.noise * self._noise.standard_normal()
+            drift = e.drifted(nose.spread.drift_per_sqrt_h, self._t_s, self._noise)
+            signal = e.bias + drift + self._slow() + nose.spread.noise * self._noise.standard_normal()
             e.held, e.held_since_s = nose.electronics(e.feels_ppm, e.gain, signal), t_s
         return e.held
 

@@ -70,7 +70,7 @@ def burst(air, after_s, dt_s, seed=0):
         live._source_m = None  # the tap is closed, the air goes on
         for _ in range(round(after_s / dt_s)):
             live.step(dt_s)
-        places.append(live._position[: live._count].copy())
+        places.append(live.places_m)
     return np.concatenate(places)
 
 
@@ -94,7 +94,7 @@ def test_wind_carries_the_puffs():
     for _ in range(100):
         live.step(0.02)
     assert np.hypot(*live.wind_m_s[:2]) == pytest.approx(0.1) and live.wind_m_s[2] == 0.0
-    np.testing.assert_allclose(live._position[: live._count].mean(axis=0), live.wind_m_s * 2.2, atol=0.02)
+    np.testing.assert_allclose(live.places_m.mean(axis=0), live.wind_m_s * 2.2, atol=0.02)
 
 
 def test_gas_is_neither_made_nor_lost():
@@ -164,6 +164,40 @@ def test_the_seed_of_the_disturbance_changes_the_whiffs_not_the_wind(built, name
     np.testing.assert_array_equal(wind, other_wind)
 
 
+def test_the_density_is_the_sum_of_gaussians():
+    """The loop's exponential series and float32 against double precision."""
+    air = room(puffs_per_s=40.0, stood_s=30.0)
+    live = opened(air)
+    live.present(SOURCE, 0.1)
+    variance = air.puff_m**2 + 2 * air.growth_m2_s * live._puffs[6, : live._count].astype(float)
+    for p in SOURCE + np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.1, 0.2, -0.1], [0.0, 0.7, 0.0]]):
+        d2 = np.sum((live.places_m - p) ** 2, axis=1)
+        gaussians = np.exp(-0.5 * d2 / variance) / (2 * math.pi * variance) ** 1.5
+        assert live.ppm(p) == pytest.approx(0.1 / 40.0 * np.sum(gaussians), rel=1e-4)
+    live.present(None, 0.0)
+    assert live.ppm(SOURCE) == 0.0
+
+
+def test_a_plume_that_has_stood_is_one_that_was_moved_there():
+    """Same ages, same spread, and the shared meander carries neighbours alike, whether the 4 s were drawn or simulated."""
+    spread, apart = {}, {}
+    for way, stood_s in (("drawn", 4.0), ("moved", 0.0)):
+        squares, gaps = [], []
+        for k in range(60):
+            live = opened(room(stood_s=stood_s, puffs_per_s=50.0, meander_m_s=0.05, meander_s=1.0, wind_m_s=0.05), disturbance=k)
+            live.present(np.zeros(3), 1.0)
+            for _ in range(0 if stood_s else 200):
+                live.step(0.02)
+            assert live._count == pytest.approx(200, abs=2)
+            age = live._puffs[6, : live._count]
+            drifted = (live.places_m - age[:, None] * live.wind_m_s)[np.argsort(age, kind="stable")]
+            squares.append(np.mean(drifted**2, axis=1)[20:199].reshape(-1))
+            gaps.append(np.mean(drifted[20:180:20]) ** 2)
+        spread[way], apart[way] = np.mean(squares, axis=0).reshape(-1)[99:].mean(), np.mean(gaps)
+    assert spread["drawn"] == pytest.approx(spread["moved"], rel=0.1)
+    assert apart["drawn"] == pytest.approx(apart["moved"], rel=0.4)
+
+
 def test_old_and_far_puffs_are_forgotten():
     live = opened(room(age_s=2.0))
     live.present(np.zeros(3), 1.0)
@@ -174,7 +208,7 @@ def test_old_and_far_puffs_are_forgotten():
     near.present(np.zeros(3), 1.0)
     for _ in range(300):
         near.step(0.02)
-    assert np.max(np.linalg.norm(near._position[: near._count], axis=1)) < 0.12
+    assert np.max(np.linalg.norm(near.places_m, axis=1)) < 0.12
 
 
 def test_senseless_rooms_are_refused(built):

@@ -148,17 +148,19 @@ def test_the_drifting_servo_pulls_the_nose_off(sim):
     assert np.linalg.norm(truths[-1].nose_m - truths[0].nose_m) > 0.003
 
 
-def reversals(bench):
-    """By how much the same goal, come to from below and from above, leaves the nose in different places [m]."""
+def reversals(bench, by_rad=0.3):
+    """By how much the same goal, come to from by_rad below and above, leaves the nose in different places [m]."""
     home, step = bench.arm.home, np.zeros(bench.arm.dof)
-    step[0] = 0.3
+    step[0] = by_rad
     samples = ran(bench, 0.1, [home - step, home, home + step, home], every_s=2.0)
     at = {round(seconds(s.t_ns), 2): s.nose_m for s in of(samples, Truth)}
     return float(np.linalg.norm(at[4.0] - at[8.0]))
 
 
 def test_free_play_shows_when_the_direction_turns(sim):
-    assert reversals(sim(2, backlash_deg=1.0, encoder_drift_deg_s2=0.0)) > 2e-3
+    """Where a link comes to rest within its play is chaos, at any step of the physics: 2.7 mm in the mean, 1.5 mm spread."""
+    play = [reversals(sim(2, backlash_deg=1.0, encoder_drift_deg_s2=0.0), by_rad) for by_rad in (0.25, 0.3, 0.35, 0.4)]
+    assert np.mean(play) > 1e-3 and np.max(play) < math.radians(1.0) * 0.35
     tight, loose = (reversals(sim(1, backlash_deg=play, encoder_drift_deg_s2=0.0)) for play in (0.0, 3.0))
     assert tight < 1e-4
     assert 3e-3 < loose < math.radians(3.0) * 0.35  # the nose is 0.3 m from the axis; never more than the play itself
@@ -219,7 +221,7 @@ def test_an_unknown_source_is_refused_with_the_known_ones(sim):
 
 def test_a_period_that_physics_cannot_honour_is_refused(sim):
     odd = replace(sim(), joint_period_s=0.0205)
-    with pytest.raises(BadInput, match=r"must be a multiple of the MJCF's 0.002 s"), odd.open():
+    with pytest.raises(BadInput, match=r"must be a multiple of the MJCF's 0.004 s"), odd.open():
         pass
 
 
