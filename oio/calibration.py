@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from oio.batch import Fit
 from oio.bouts import Baseline
+from oio.delay import Delay
 from oio.knowledge import Knowledge
 from oio.records import Array
 from oio.search.view import Move
@@ -67,6 +68,7 @@ class MapCalibration:
     ended_ns: int
     error_ppm: float
     moves: int
+    delay: Delay
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from oio.model import Model, Wander
 from oio.problem import Layout
 from oio.ranging import PLAYS_MOST_M, STRAYS_MOST, RangeLaw
 from oio.records import Array
-from oio.settings import settings
+from oio.settings import in_range, settings
 from oio.uncertainty import Noise
 
 FIXED = 1e-6  # standard deviation, in each parameter's unit, of what is taken as known
@@ -24,6 +24,7 @@ class Knowledge:
     mean: Array
     cov: Array
     model: Model
+    delay_s: float = 0.0  # how late readings are stamped: see `oio.delay`
 
     @property
     def layout(self) -> Layout:
@@ -33,7 +34,8 @@ class Knowledge:
 
 @settings
 class Nominal:
-    """Data-sheet figures: lag [s], offsets and their standard uncertainty [ppm], and how far gains and lags of specimens differ (ln)."""
+    """Data-sheet figures: lag [s], offsets and their standard uncertainty [ppm], and how far gains and lags of specimens differ (ln);
+    how late readings are stamped [s]."""
 
     rise_s: float
     fall_s: float
@@ -43,6 +45,12 @@ class Nominal:
     sigma_ppm: float
     gain_u: float
     tau_u: float
+    delay_s: float
+    delay_u_s: float  # standard uncertainty; 0: the delay is known, and calibration does not look for it
+
+    def check(self) -> None:
+        """Refuse readings that come before the gas."""
+        in_range(self, delay_s=(0.0, 10.0), delay_u_s=(0.0, 10.0))
 
 
 def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
@@ -82,7 +90,7 @@ def cold(arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal) -> Knowledge
         arm, law, wander, nominal.rise_s, nominal.fall_s, (1.0,) * nominal.elements,
         Fluctuation(1.0, law.gamma, law.eddy_s), nominal.sigma_ppm, Noise.nominal(),
     )  # fmt: skip
-    return Knowledge(mean, cov, model)
+    return Knowledge(mean, cov, model, nominal.delay_s)
 
 
 def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Noise) -> Knowledge:
@@ -100,4 +108,4 @@ def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Nois
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))
     model = Model(arm, law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
-    return Knowledge(mean, cov, model)
+    return Knowledge(mean, cov, model, nominal.delay_s)

@@ -2,6 +2,7 @@
 
 from oio.batch import Fit
 from oio.beliefs import BeliefMap
+from oio.delay import Held
 from oio.knowledge import Knowledge
 from oio.model import Model
 from oio.protocols import Begins, Estimator
@@ -16,18 +17,22 @@ class Odometry:
         self.trace = belief_map.trace()
         self.hypotheses: tuple[Fit, ...] = ()
         self.belief: Belief | None = None
-        self._joints: JointState | None = None
+        self._held = Held(known.delay_s)
+        self._joints: JointState | None = None  # the latest
+        self._fed: JointState | None = None  # where the nose was when the gas of now was taken
         self._nis: list[float] = []
 
     def joints(self, state: JointState) -> None:
         """The arm is here now."""
         self._joints = state
-        self.trace.joints(state)
-        if self.belief is not None and state.t_ns > self.belief.t_ns:
-            self.belief = self._estimator.predict(self.known.model, self.belief, state)
+        for due in self._held.joints(state):
+            self._feed(due)
 
     def reading(self, reading: GasReading) -> Innovation | None:
-        """A reading, taken at the time of the last joints; None before the first map. A missed one is neither kept nor counted."""
+        """A reading, taken at the time of the last joints, or the delay before; None before the first map. A missed one is neither kept nor
+        counted."""
+        for due in self._held.reading(reading):
+            self._feed(due)
         if not reading.missed:
             self.trace.reading(reading)
         if self.belief is None:
@@ -42,12 +47,18 @@ class Odometry:
 
         `made` is this very map, if it was made before: the same odometry run again over the log need not make it twice.
         """
-        assert self._joints is not None
+        assert self._fed is not None
         self.hypotheses = made or self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
         begin = self._estimator.begin if isinstance(self._estimator, Begins) else begun_from_best
-        self.belief = begin(self.known.model, self.hypotheses, self._joints.t_ns, measurements)
+        self.belief = begin(self.known.model, self.hypotheses, self._fed.t_ns, measurements)
         self._nis = []
         return self.hypotheses
+
+    def _feed(self, state: JointState) -> None:
+        self._fed = state
+        self.trace.joints(state)
+        if self.belief is not None and state.t_ns > self.belief.t_ns:
+            self.belief = self._estimator.predict(self.known.model, self.belief, state)
 
     def consistent(self, limit: float) -> bool:
         """Whether the mean NIS of the latest readings (at least ten) is below `limit`; too few say nothing."""

@@ -51,6 +51,7 @@ def _sensor(calibration: Calibration, found: MapCalibration) -> Entry:
         **elements,
         "tau_rise": entry(rise, rise * u, "s", n, "A"),
         "tau_fall": entry(fall, fall * u, "s", n, "A"),
+        "delay": entry(found.delay.s, found.delay.u_s, "s", n, "A" if found.delay.u_s else "B"),
         "error": entry(calibration.error_ppm, calibration.error_ppm / np.sqrt(2 * max(n, 1)), "ppm", n, "A"),
     }
 

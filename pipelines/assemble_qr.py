@@ -1,5 +1,6 @@
 """Q and R from the two uncertainties, in both assemblies; everything that was learnt goes to calibration.yaml."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 from oio.arm import Arm
@@ -50,4 +51,4 @@ class AssembleQR:
         return calibration
 
     def _knowledge(self, found: MapCalibration, noise: Noise) -> Knowledge:
-        return calibrated(found.fit, self.arm, self.wander, self.nominal, noise)
+        return calibrated(found.fit, self.arm, self.wander, replace(self.nominal, delay_s=found.delay.s), noise)

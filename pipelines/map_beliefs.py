@@ -9,6 +9,7 @@ from oio.batch import Fit
 from oio.beacon import beacon_problem, fit_beacon
 from oio.beliefs import BeliefMap, spheres_of
 from oio.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
+from oio.delay import Delay, estimated, shifted
 from oio.errors import BadInput, NotObservable
 from oio.knowledge import Nominal, calibrated
 from oio.metrics import nees
@@ -65,11 +66,13 @@ class MapBeliefs:
             if made < len(self.distances_m):
                 break  # no repeat, but what was sensed helps the fit
             spans.append((began_s, seconds(context.world.t_ns)))
-        fit = self._fit(context, trace.frozen())
-        repeats = tuple(self._repeat(context, trace.frozen(), span, fit) for span in spans)
+        delay = self._delay(context, trace.frozen())
+        sniffs = shifted(trace.frozen(), delay.s)
+        fit = self._fit(context, sniffs)
+        repeats = tuple(self._repeat(context, sniffs, span, fit) for span in spans)
         self._draw(context, repeats[-1])
         type_b = localisation(np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats]), len(self.distances_m) - 1)
-        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves)
+        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves, delay)
 
     def _measure(self, context: Context, trace: Trace, repeats: int) -> int:
         """Measurements of one more repeat that were made: all, or those that end within the budget if there are repeats enough."""
@@ -101,6 +104,11 @@ class MapBeliefs:
             if pose is not None and self.arm.clearance_m(here, pose, place) >= min(self.beacon.near_m, 0.9 * distance_m):
                 return pose
         return here
+
+    def _delay(self, context: Context, sniffs: Sniffs) -> Delay:
+        """How late readings are stamped: as told, or as the beacon's readings say."""
+        told, scale = Delay(self.nominal.delay_s, self.nominal.delay_u_s), context.need(Baselines).noise_scale
+        return estimated(self._problem(context, sniffs), told, lambda problem: fit_beacon(problem, scale)) if told.u_s else told
 
     def _fit(self, context: Context, sniffs: Sniffs, like: Fit | None = None) -> Fit:
         return fit_beacon(self._problem(context, sniffs), context.need(Baselines).noise_scale, like)

@@ -6,7 +6,9 @@ encoders; the arm moves; the air moves; the sensor is exposed; what is due is sa
 
 import contextlib
 import math
+from collections import deque
 from collections.abc import Iterator
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -35,11 +37,13 @@ class MujocoSim:
     air_every: int  # the air moves once in so many control ticks
     truth_every: int  # the truth is logged once in so many control ticks
     encoder_counts: int
+    gas_delay_s: float  # a reading is stamped and sent so long after it was taken, rounded up to a control tick
     seeds: Seeds
 
     def check(self) -> None:
         """Refuse periods that the physics cannot honour."""
         in_range(self, joint_period_s=(0.002, 1.0), air_every=(1, 100), truth_every=(1, 1000), encoder_counts=(16, 1 << 24))
+        in_range(self, gas_delay_s=(0, 10))
         in_range(self, emission_ml_s=(0, 1e4), background_ppm=(0, 1e6))
 
     @contextlib.contextmanager
@@ -101,6 +105,7 @@ class Bench:
         self._from = self._goal = sim.arm.home
         self._began_s, self._over_s = 0.0, 0.1
         self._gas_due_ns, self._element, self._ppm = self._sample_ns, 0, sim.background_ppm
+        self._wire = deque[GasSample]()  # taken, not sent yet
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in sim.arm.names])
         self._servos = np.array([self._model.actuator(name).id for name in sim.arm.names])
         self._nose_m, self._angles, self._ctrl = self._data.site("nose").xpos, self._data.qpos, self._data.ctrl  # views of the live data
@@ -153,7 +158,9 @@ class Bench:
             if due or self._ticks % self._sim.truth_every == 0:
                 yield self._truth()
             if due:
-                yield self._sniff()
+                self._wire.append(self._sniff())
+            while self._wire and self._wire[0].t_ns + nanoseconds(self._sim.gas_delay_s) <= self.t_ns:
+                yield replace(self._wire.popleft(), t_ns=self.t_ns)
 
     def _set_point(self) -> Array:
         return self._from + smooth((seconds(self.t_ns) - self._began_s) / self._over_s) * (self._goal - self._from)

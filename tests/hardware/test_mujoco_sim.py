@@ -275,3 +275,14 @@ def test_physics_that_break_down_on_the_way_are_an_error_too(sim, monkeypatch, t
         with pytest.raises(OioError, match=r"broke down after 0\.100 s. MuJoCo says: Nan, Inf or huge value in QVEL"):
             list(world.samples(0.1))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_late_reading_is_what_was_sensed_before(sim):
+    """The same values with later stamps, in the order of time; the arm is not late."""
+    prompt, late = (ran(replace(sim(3), gas_delay_s=delay_s), 2.0, source="beacon") for delay_s in (0.0, 0.16))
+    times = [s.t_ns for s in late]
+    assert times == sorted(times)
+    for a, b in zip(of(prompt, GasSample), of(late, GasSample), strict=False):
+        assert b.t_ns - a.t_ns == 160_000_000 and (a.element, a.raw) == (b.element, b.raw)
+    assert 0 < len(of(late, GasSample)) < len(of(prompt, GasSample))
+    assert digest(of(prompt, JointState)) == digest(of(late, JointState))
