@@ -77,7 +77,7 @@ class LiveFilament:
         """Move, grow, forget and release puffs."""
         own, count = self._own, self._count
         self._meander = self._shared.later(self._meander, dt_s, self._rng)
-        bits = self._rng.bit_generator.random_raw(3 * count).reshape(3, count)
+        bits = self._rng.bit_generator.random_raw(count)
         carried_m = (self.wind_m_s + self._meander) * dt_s
         puffs.carry(self._puffs, count, bits, carried_m, own.keep(dt_s), own.kick_m_s(dt_s), own.half_s(dt_s), dt_s)
         if self._source_m is not None:

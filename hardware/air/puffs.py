@@ -17,9 +17,9 @@ from oio.records import Array
 Table = NDArray[np.float32]
 ROWS, AGE, SHARP, PEAK, SHARE = 10, 6, 7, 8, 9
 LANES = 16
-BYTES_MEAN, BYTES_SD = 8 * 127.5, math.sqrt(8 * (256**2 - 1) / 12)  # of the sum of eight random bytes
+_MEAN, _SD = np.float32(3 * 63.5), math.sqrt(3 * (128**2 - 1) / 12)  # of the sum of three random numbers of seven bits
 FAR = np.float32(12.5)  # five sigma: beyond, a puff adds less than 4e-6 of its peak
-_PAIRS = np.uint64(0x00FF00FF00FF00FF)
+_SEVEN = np.uint64(127)
 _ONE, _32ND = np.float32(1.0), np.float32(1 / 32)
 _C2, _C3, _C4, _C5, _C6 = (np.float32(1.0 / math.factorial(n)) for n in range(2, 7))
 
@@ -35,18 +35,17 @@ def carry(
 ) -> None:
     """One step of everybody's Ornstein-Uhlenbeck velocity v' = keep v + kick n and of places, by half_s (v + v') + what carries all alike.
 
-    n is the sum of eight random bytes out of `bits` (3, count), scaled. A velocity is made of many kicks: its excess kurtosis is -0.02.
+    n is the sum of three numbers of seven bits, scaled: nine of them are in a word of `bits` (count,), three for each axis, since normal
+    numbers cost ten times as much. A velocity is made of many kicks: at a step of dt its excess kurtosis is -0.4 tanh(dt / eddy time).
     """
-    scale = np.float32(kick_m_s / BYTES_SD)
-    middle, kept, half, dt = np.int32(BYTES_MEAN), np.float32(keep), np.float32(half_s), np.float32(dt_s)
+    scale, kept, half, dt = np.float32(kick_m_s / _SD), np.float32(keep), np.float32(half_s), np.float32(dt_s)
     for a in range(3):
-        place, velocity, random, way = puffs[a], puffs[3 + a], bits[a], np.float32(carried_m[a])
+        place, velocity, way, from_bit = puffs[a], puffs[3 + a], np.float32(carried_m[a]), np.uint64(21 * a)
         for i in range(count):
-            pairs = (random[i] & _PAIRS) + ((random[i] >> np.uint64(8)) & _PAIRS)
-            fours = pairs + (pairs >> np.uint64(32))
-            eight = np.int32((fours + (fours >> np.uint64(16))) & np.uint64(0xFFFF))
+            word = bits[i] >> from_bit
+            three = (word & _SEVEN) + ((word >> np.uint64(7)) & _SEVEN) + ((word >> np.uint64(14)) & _SEVEN)
             old = velocity[i]
-            new = kept * old + scale * np.float32(eight - middle)
+            new = kept * old + scale * (np.float32(np.int32(three)) - _MEAN)
             velocity[i] = new
             place[i] += way + half * (old + new)
     age = puffs[AGE]

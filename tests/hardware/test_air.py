@@ -178,24 +178,24 @@ def test_the_density_is_the_sum_of_gaussians():
     assert live.ppm(SOURCE) == 0.0
 
 
-def test_a_plume_that_has_stood_is_one_that_was_moved_there():
-    """Same ages, same spread, and the shared meander carries neighbours alike, whether the 4 s were drawn or simulated."""
-    spread, apart = {}, {}
-    for way, stood_s in (("drawn", 4.0), ("moved", 0.0)):
-        squares, gaps = [], []
-        for k in range(60):
-            live = opened(room(stood_s=stood_s, puffs_per_s=50.0, meander_m_s=0.05, meander_s=1.0, wind_m_s=0.05), disturbance=k)
-            live.present(np.zeros(3), 1.0)
-            for _ in range(0 if stood_s else 200):
-                live.step(0.02)
-            assert live._count == pytest.approx(200, abs=2)
-            age = live._puffs[6, : live._count]
-            drifted = (live.places_m - age[:, None] * live.wind_m_s)[np.argsort(age, kind="stable")]
-            squares.append(np.mean(drifted**2, axis=1)[20:199].reshape(-1))
-            gaps.append(np.mean(drifted[20:180:20]) ** 2)
-        spread[way], apart[way] = np.mean(squares, axis=0).reshape(-1)[99:].mean(), np.mean(gaps)
-    assert spread["drawn"] == pytest.approx(spread["moved"], rel=0.1)
-    assert apart["drawn"] == pytest.approx(apart["moved"], rel=0.4)
+def test_a_plume_that_has_stood_is_spread_as_taylor_says():
+    """V(t) of own velocity and shared meander add up; puffs of two ages have the meander in common: (V(s) + V(t) - V(t - s)) / 2."""
+    air = room(stood_s=4.0, puffs_per_s=10.0, meander_m_s=0.05, meander_s=1.0, wind_m_s=0.05)
+
+    def taylor(u, t_l, t):
+        return 2 * u**2 * t_l * (t - t_l * (1 - math.exp(-t / t_l)))
+
+    drifted = []
+    for k in range(2000):
+        live = opened(air, disturbance=k)
+        live.present(np.zeros(3), 1.0)
+        assert live._count == 40
+        drifted.append(live.places_m[[10, 39]] - np.array([[1.0], [3.9]]) * live.wind_m_s)
+    young, old = np.array(drifted).transpose(1, 0, 2)
+    shared = {t: taylor(0.05, 1.0, t) for t in (1.0, 2.9, 3.9)}
+    assert np.mean(young**2) == pytest.approx(shared[1.0] + taylor(0.05, 0.4, 1.0), rel=0.08)
+    assert np.mean(old**2) == pytest.approx(shared[3.9] + taylor(0.05, 0.4, 3.9), rel=0.08)
+    assert np.mean(young * old) == pytest.approx((shared[1.0] + shared[3.9] - shared[2.9]) / 2, rel=0.15)
 
 
 def test_old_and_far_puffs_are_forgotten():
