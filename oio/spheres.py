@@ -5,9 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.errors import NotObservable
+from oio.problem import Problem
 from oio.records import Array
 
 ROUNDING = 1e-9  # of the largest length
+SMOOTHED = 5  # readings averaged before a lag is undone, which multiplies their noise by tau / dt
+HEARD = 3.0  # standard deviations above the baseline: below, a reading has no range
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +72,46 @@ def vertex(centres: Array, radii: Array) -> Array:
         shape = "on a line" if spread[1] < 1e-3 * spread[0] else "in a plane, which leaves two mirror points"
         raise NotObservable(f"all sniffs lie {shape}; move another joint.")
     return np.asarray(np.linalg.lstsq(rows, right, rcond=None)[0])
+
+
+def unknown_strength(centres: Array, ratios: Array) -> Array:
+    """The point (3,) m of k >= 5 spheres of which only the ratios rho (k,) of the radii are known, r_i^2 = kappa rho_i^2, by differencing:
+    2 (p_i - p_0).s + kappa (rho_i^2 - rho_0^2) = |p_i|^2 - |p_0|^2, linear in s and kappa.
+
+    Rows are weighted by 1 / rho^4: the error of rho^2, in both columns, grows with it and pulls kappa towards zero. NotObservable if the
+    centres (k, 3) and ratios leave a direction open.
+    """
+    if len(centres) < 5:
+        raise NotObservable(f"{len(centres)} spheres leave more than one point; sniff at {5 - len(centres)} more places.")
+    order = np.argsort(ratios)
+    p, rho2 = centres[order], (ratios[order] / max(float(np.min(ratios)), 1e-12)) ** 2
+    scale = max(float(np.ptp(p)), 1e-9)  # metres and squares side by side
+    rows = np.column_stack([2.0 * (p[1:] - p[0]) / scale, rho2[1:] - rho2[0]])
+    right = np.sum(p[1:] ** 2, axis=1) - p[0] @ p[0]
+    weight = 1.0 / rho2[1:] ** 2
+    answer, _, rank, _ = np.linalg.lstsq(weight[:, None] * rows, weight * right, rcond=1e-10)
+    if rank < 4:
+        raise NotObservable("the sniffs leave the strength or a direction open; move another joint.")
+    return np.asarray(answer[:3] / scale)
+
+
+def differenced(problem: Problem, nose_m: Array) -> Array:
+    """Where the readings' differenced spheres meet, (1, 3) m, or nothing (0, 3): a start for the fit, biased, which costs one small solve.
+
+    The sensor's lag is undone by c + tau dc/dt; `nose_m` (k, 3) is the nose along the path. rho = c^(-1/n).
+    """
+    sn, lay, theta = problem.sniffs, problem.layout, problem.mean
+    if len(sn.at) < 2 * SMOOTHED:
+        return np.empty((0, 3))
+    c = (sn.ppm - theta[lay.baseline][sn.element]) / np.exp(theta[lay.gain])[sn.element]
+    box = np.ones(SMOOTHED) / SMOOTHED
+    smooth, slope = (np.convolve(x, box, "same") for x in (c, np.gradient(c, sn.reading_t_s)))
+    c = smooth + problem.rise_s * np.exp(theta[lay.tau]) * slope
+    heard = c > HEARD * sn.sigma_ppm
+    try:
+        return unknown_strength(nose_m[sn.at][heard], c[heard] ** (-1.0 / theta[lay.exponent]))[None, :]
+    except NotObservable:
+        return np.empty((0, 3))
 
 
 def dilution(centres: Array, source: Array) -> float:

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from oio.beliefs import problem_of
 from oio.errors import NotObservable
-from oio.spheres import circle, dilution, two_points, vertex
+from oio.spheres import circle, differenced, dilution, two_points, unknown_strength, vertex
 
 points = st.tuples(*[st.floats(-0.4, 0.4)] * 3).map(np.array)
 
@@ -134,3 +135,33 @@ def test_more_sniffs_never_dilute():
     centres = source + rng.uniform(-0.2, 0.2, (20, 3))
     values = [dilution(centres[:k], source) for k in range(5, 21)]
     assert np.all(np.diff(values) <= 1e-12)
+
+
+@given(st.integers(0, 1000), st.integers(6, 12), st.floats(1e-3, 1e3))
+def test_ratios_of_ranges_are_enough(seed, count, strength):
+    """Exact ratios give the place whatever the strength is."""
+    rng = np.random.default_rng(seed)
+    centres, source = rng.uniform(-0.3, 0.3, (count, 3)), rng.uniform(-0.3, 0.3, 3)
+    r = np.linalg.norm(centres - source, axis=1)
+    assume(np.min(r) > 0.03)
+    np.testing.assert_allclose(unknown_strength(centres, strength * r), source, atol=1e-5)
+
+
+def test_ratios_do_not_tell_in_a_plane():
+    rng = np.random.default_rng(0)
+    flat = np.column_stack([rng.uniform(-0.3, 0.3, (8, 2)), np.zeros(8)])
+    with pytest.raises(NotObservable, match="open"):
+        unknown_strength(flat, np.linalg.norm(flat - [0.1, 0.0, 0.1], axis=1))
+    with pytest.raises(NotObservable, match="2 more places"):
+        unknown_strength(flat[:3], np.ones(3))
+
+
+def test_differenced_spheres_come_near_the_source(lab):
+    """A start, no answer: the median is within 5 cm."""
+    misses = []
+    for seed in range(12):
+        made = lab(3, 1, seed=520 + seed)
+        theta = made.theta()
+        problem = problem_of(made.problem(theta, poses=12).sniffs, made.known)
+        misses += [float(np.linalg.norm(place - theta[:3])) for place in differenced(problem, problem.nose(problem.mean))]
+    assert len(misses) > 9 and np.median(misses) < 0.05
