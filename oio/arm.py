@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from oio.errors import BadInput
 from oio.inverse import reached
 from oio.kinematics import nose_and_jacobian
+from oio.links import Links, links_of
 from oio.mjcf import Chain, read_chain
 from oio.records import Array
 from oio.settings import settings
@@ -120,6 +121,11 @@ class Arm:
         """What `oio.kinematics` wants besides the joints: poses, axes, kinds, locked joints, and the nose in the last frame."""
         c = self._chain
         return c.poses, c.axes, c.kinds, np.array(self.home_rad), c.nose_offset
+
+    @cached_property
+    def moving(self) -> Links:
+        """What `oio.links` wants besides the joints."""
+        return links_of(*self.links, self.dof)
 
     def inside(self, q_rad: Array) -> bool:
         """Whether the joints are within limits and the nose within its box."""

@@ -3,12 +3,12 @@
 Known things enter as tight priors, so that one fit serves the beacon (s known) and the search (s unknown).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from oio.fluctuation import Along, Fluctuation, whiten
-from oio.problem import Layout, Problem
+from oio.fluctuation import Fluctuation, Whitening
+from oio.problem import Expected, Layout, Problem
 from oio.ranging import RangeLaw
 from oio.records import Array
 
@@ -41,47 +41,45 @@ def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
     """
     root = np.asarray(np.linalg.cholesky(problem.cov), dtype=np.float64)
     u: Array = np.asarray(np.linalg.solve(root, start - problem.mean), dtype=np.float64)
-    damping = 1e-3
-    along = problem.predict(start).along
+    damping, expected = 1e-3, problem.predict(problem.mean + root @ u)
+    whitening, nothing = Whitening(expected.along, noise), np.eye(len(u))
     for i in range(STEPS):
-        theta = problem.mean + root @ u
-        expected = problem.predict(theta)
-        along = expected.along if i < SETTLED else replace(along, variance_ppm2=expected.along.variance_ppm2)
-        both = np.column_stack([problem.residual(theta, expected.ppm), expected.rows])
-        white = whiten(both, along, noise).rows
+        whitening = Whitening(expected.along, noise) if 0 < i < SETTLED else whitening
+        both = np.concatenate([problem.residual(problem.mean + root @ u, expected.ppm)[:, None], expected.rows], axis=1)
+        white = whitening.of(both, expected.along.variance_ppm2).rows
         rows, before = white[:, 1:] @ root, float(white[:, 0] @ white[:, 0] + u @ u)
-        hessian, slope = rows.T @ rows + np.eye(len(u)), rows.T @ white[:, 0] - u
-        step, damping = _step(problem, (u, root, along, noise), (hessian, slope, before), damping)
+        hessian, slope = rows.T @ rows + nothing, rows.T @ white[:, 0] - u
+        step, damping, expected = _step(problem, (u, root, expected), whitening, (hessian, slope, before), damping)
         u = u + step
         if step @ hessian @ step < STEP2:
             break
-    return _finished(problem, problem.mean + root @ u, root, noise)
+    return _finished(problem, problem.mean + root @ u, root, noise, expected)
 
 
 def _step(
-    problem: Problem, at: tuple[Array, Array, Along, Fluctuation], quadratic: tuple[Array, Array, float], damping: float
-) -> tuple[Array, float]:
-    """A step that lowers the cost, and the damping to begin the next one with; zero if none does."""
-    (u, root, along, noise), (hessian, slope, before) = at, quadratic
+    problem: Problem, at: tuple[Array, Array, Expected], whitening: Whitening, quadratic: tuple[Array, Array, float], damping: float
+) -> tuple[Array, float, Expected]:
+    """A step that lowers the cost, the damping to begin the next one with, and what is expected there; a step of zero if none does."""
+    (u, root, here), (hessian, slope, before) = at, quadratic
     while damping < 1e8:
         step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), slope)
         step = step * min(1.0, FARTHEST / max(float(np.max(np.abs(step))), 1e-12))
         theta = problem.mean + root @ (u + step)
-        h = problem.expect(theta)
-        there = replace(along, variance_ppm2=problem.variance(theta, h))  # a censored reading may have begun to tell something
-        residual = whiten(problem.residual(theta, h)[:, None], there, noise).rows[:, 0]
-        after = float(residual @ residual + (u + step) @ (u + step))
+        there = problem.predict(theta)  # with its derivatives: most tries are steps
+        residual = problem.residual(theta, there.ppm)[:, None]
+        white = whitening.of(residual, there.along.variance_ppm2).rows[:, 0]  # a censored reading may have begun to tell something
+        after = float(white @ white + (u + step) @ (u + step))
         if after <= before:
-            return np.asarray(step), damping * 0.2
+            return np.asarray(step), damping * 0.2, there
         damping *= 8.0
-    return np.zeros_like(u), damping
+    return np.zeros_like(u), damping, here
 
 
-def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation) -> Fit:
-    expected = problem.predict(theta)
-    rows = whiten(expected.rows, expected.along, noise).rows @ root
+def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation, expected: Expected) -> Fit:
+    whitening, variance = Whitening(expected.along, noise), expected.along.variance_ppm2
+    rows = whitening.of(expected.rows, variance).rows @ root
     cov = root @ np.linalg.inv(rows.T @ rows + np.eye(len(theta))) @ root.T
     u = np.linalg.solve(root, theta - problem.mean)
-    white = whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise)
+    white = whitening.of(problem.residual(theta, expected.ppm)[:, None], variance)
     fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi has no density
     return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm), problem.law)

@@ -60,14 +60,12 @@ class BeliefMap:
         """Where hypotheses were, and the best coarse places that lie apart, each with its best strength."""
         arm, weigh = known.model.arm, known.model.fluctuation
         low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
-        left, nose = without_source(problem, problem.mean), problem.nose(problem.mean)
-        near = self._shells(nose[problem.sniffs.at[int(np.argmax(problem.residual(problem.mean, left)))]])
+        left = without_source(problem, problem.mean)
+        strongest = problem.sniffs.at[int(np.argmax(problem.residual(problem.mean, left)))]
+        near = self._shells(problem.nose(problem.mean)[strongest])
         places = np.concatenate([low + halton(self.coarse) * (high - low), np.clip(near, low, high)])
-        begun = [np.concatenate([place, problem.mean[3:]]) for place in places]
-        roughly = sorted((with_strength(problem, theta, weigh.gamma, left, 1, nose) for theta in begun), key=lambda pair: pair[0])
         fresh = self.restarts if before else self.starts
-        best = roughly[: 4 * fresh]
-        tried = [with_strength(problem, theta, weigh.gamma, left, 1, nose)[1] for _, theta in best]
+        tried = _ranked(problem, places, weigh.gamma, left, 4 * fresh)
         starts = [fit.mean for fit in before]
         for theta in sorted(tried, key=lambda theta: _minus_2_log_likelihood(problem, theta, weigh)):
             if len(starts) >= fresh + len(before):
@@ -85,8 +83,20 @@ class BeliefMap:
         return np.asarray(nose_m + np.multiply.outer(np.array(self.shells_m), directions).reshape(-1, 3))
 
 
+def _ranked(problem: Problem, places_m: Array, gamma: float, left: Array, count: int) -> Array:
+    """theta (count, P) of the best of sources at places (j, 3) m by least squares, each with its best strength: see `with_strength`."""
+    thetas = np.repeat(problem.mean[None, :], len(places_m), axis=0)
+    thetas[:, :3] = places_m
+    z, weight = _weighed(problem, problem.mean, gamma, left)
+    costs, more = problem.scaled(thetas, left, z, weight)
+    thetas[:, 3] += more
+    thetas = thetas[np.argsort(costs, kind="stable")[:count]]
+    thetas[:, 3] += problem.scaled(thetas, left, z, weight)[1] if count else 0.0
+    return thetas
+
+
 def _minus_2_log_likelihood(problem: Problem, theta: Array, noise: Fluctuation) -> float:
-    expected = problem.predict(theta)
+    expected = problem.predict(theta, False)
     return whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise).minus_2_log_likelihood
 
 
@@ -117,21 +127,23 @@ def without_source(problem: Problem, start: Array) -> Array:
     return problem.expect(nothing)
 
 
-def with_strength(
-    problem: Problem, start: Array, gamma: float, left: Array, rounds: int = 2, nose_m: Array | None = None
-) -> tuple[float, Array]:
+def with_strength(problem: Problem, start: Array, gamma: float, left: Array) -> tuple[float, Array]:
     """theta (P,) with the ln strength of least squares, and the sum of squares; `left` (m,) is what does not scale with the strength.
 
-    The rest does scale, but for which of rise and fall holds when, so the factor is found in `rounds`. `nose_m` as `expect` takes it.
+    The rest does scale, but for which of rise and fall holds when, so the factor is found twice.
     """
-    theta, sn = np.array(start), problem.sniffs
+    theta = np.array(start)[None, :]
+    z, weight = _weighed(problem, start, gamma, left)
+    for _ in range(2):
+        cost, more = problem.scaled(theta, left, z, weight)
+        theta[0, 3] += more[0]
+    return float(cost[0]), theta[0]
+
+
+def _weighed(problem: Problem, theta: Array, gamma: float, left: Array) -> tuple[Array, Array]:
+    """What the readings (m,) ppm are above what is `left`, and what each weighs."""
     z = problem.residual(theta, left)
-    weight = 1.0 / (sn.sigma_ppm**2 + (gamma * z) ** 2)
-    for _ in range(rounds):
-        h = problem.expect(theta, nose_m) - left
-        factor = max(float(weight @ (h * z)) / max(float(weight @ (h * h)), 1e-300), 1e-6)
-        theta[3] += np.log(factor)
-    return float(weight @ (z - factor * h) ** 2), theta
+    return z, 1.0 / (problem.sniffs.sigma_ppm**2 + (gamma * z) ** 2)
 
 
 def spheres_of(sniffs: Sniffs, law_fit: Fit, arm: Arm, law: RangeLaw, measurements: int) -> tuple[Array, Array]:

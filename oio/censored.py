@@ -21,6 +21,8 @@ def residual(miss: Array, sigma: Array, censored: Flags) -> Array:
 
     With `variance` beside it one step of Gauss-Newton is that of w, and a reading that tells nothing is a gap to the whitening.
     """
+    if not censored.any():
+        return miss
     out = np.array(miss)
     ln_phi, hazard = _cut(miss[censored] / sigma[censored])
     out[censored] = sigma[censored] * 2.0 * ln_phi / hazard
@@ -29,7 +31,9 @@ def residual(miss: Array, sigma: Array, censored: Flags) -> Array:
 
 def variance(miss: Array, sigma: Array, censored: Flags) -> Array:
     """Variances (m,) ppm^2: sigma^2, where censored over w'^2: that of a value far above the limit, without end far below it."""
-    out = sigma**2
+    out = np.asarray(sigma**2)
+    if not censored.any():
+        return out
     ln_phi, hazard = _cut(miss[censored] / sigma[censored])
     out[censored] *= np.clip(-2.0 * ln_phi / hazard**2, 1.0, FAR)
     return out

@@ -80,10 +80,22 @@ class White:
 
 def whiten(rows: Array, along: Along, noise: Fluctuation) -> White:
     """Rows (m, p) (residuals, Jacobians; all in ppm) through the whitening filter."""
-    swing = along.field.mean_ppm * noise.height(along.field)
-    steps = coupled(along.dt_s, along.tau_s, 1.0 / noise.rate(along.field), swing, noise.gamma**2)
-    white = noise.scale * along.variance_ppm2
-    return White(*_filtered(np.ascontiguousarray(rows), along.at, steps, noise.gamma**2, along.gain, white))
+    return Whitening(along, noise).of(rows, along.variance_ppm2)
+
+
+class Whitening:
+    """The filter along one path, made once for rows and variances of readings that come later."""
+
+    def __init__(self, along: Along, noise: Fluctuation) -> None:
+        f = along.field
+        self._along, self._noise = along, noise
+        numbers = (f.slope_m, f.stray, f.r_ref_m, noise.gamma, noise.t_s)
+        self._steps = _steps(f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s, numbers)
+
+    def of(self, rows: Array, variance_ppm2: Array) -> White:
+        """Rows (m, p) in ppm, of readings of nominal variance (m,) ppm^2."""
+        white, along, noise = self._noise.scale * variance_ppm2, self._along, self._noise
+        return White(*_filtered(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
 
 
 GAMMAS = np.geomspace(0.02, 1.5, 14)
@@ -105,16 +117,35 @@ def coupled(dt: Array, tau: Array, t: Array, swing: Array, variance: float) -> A
     """
     out = np.empty((len(dt), 6))
     for i in range(len(dt)):
-        phi, keep = np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t[i])
-        slower = t[i] - tau[i]
-        to = swing[i] * (phi * dt[i] / tau[i] if abs(slower) < 1e-6 * tau[i] else (keep - phi) * t[i] / slower)
-        p11 = variance
-        p01 = swing[i] * variance * t[i] / (t[i] + tau[i])
-        p00 = swing[i] * p01
-        out[i, 0], out[i, 1], out[i, 2] = phi, to, keep
-        out[i, 3] = p00 - (phi * phi * p00 + 2.0 * phi * to * p01 + to * to * p11)
-        out[i, 4] = p01 - keep * (phi * p01 + to * p11)
-        out[i, 5] = p11 * (1.0 - keep * keep)
+        _couple(dt[i], tau[i], t[i], swing[i], variance, out[i])
+    return out
+
+
+@numba.njit(cache=True)
+def _couple(dt: float, tau: float, t: float, swing: float, variance: float, out: Array) -> None:
+    phi, keep = np.exp(-dt / tau), np.exp(-dt / t)
+    slower = t - tau
+    to = swing * (phi * dt / tau if abs(slower) < 1e-6 * tau else (keep - phi) * t / slower)
+    p11 = variance
+    p01 = swing * variance * t / (t + tau)
+    p00 = swing * p01
+    out[0], out[1], out[2] = phi, to, keep
+    out[3] = p00 - (phi * phi * p00 + 2.0 * phi * to * p01 + to * to * p11)
+    out[4] = p01 - keep * (phi * p01 + to * p11)
+    out[5] = p11 * (1.0 - keep * keep)
+
+
+@numba.njit(cache=True)
+def _steps(
+    mean: Array, rarity: Array, r: Array, speed: Array, dt: Array, tau: Array, numbers: tuple[float, float, float, float, float]
+) -> Array:
+    """`coupled` of a field, with the `height` and the `rate` of its fluctuations."""
+    slope, stray, r_ref, gamma, t_s = numbers
+    out = np.empty((len(dt), 6))
+    for i in range(len(dt)):
+        near, far = slope / r[i], stray * np.log(r[i] / r_ref)
+        swing = mean[i] * np.sqrt(rarity[i] + (near * near + far * far) / (gamma * gamma))
+        _couple(dt[i], tau[i], r[i] / (r_ref / t_s + speed[i]), swing, gamma * gamma, out[i])
     return out
 
 
@@ -128,25 +159,25 @@ def _filtered(rows: Array, at: NDArray[np.int64], steps: Array, variance: float,
     out[0], expected[0] = 0.0, 1.0
     step = at[0] + 1
     for i in range(1, m):
+        through, across, kept = 1.0, 0.0, 1.0  # of all steps since the last reading: the columns take them at once
         while step <= at[i]:
             a, b, k = steps[step, 0], steps[step, 1], steps[step, 2]
+            through, across, kept = a * through, a * across + b * kept, k * kept
             p00, p01, p11 = (
                 a * a * p00 + 2.0 * a * b * p01 + b * b * p11 + steps[step, 3],
                 k * (a * p01 + b * p11) + steps[step, 4],
                 k * k * p11 + steps[step, 5],
             )
-            for j in range(p):
-                lagged[j] = a * lagged[j] + b * relative[j]
-                relative[j] *= k
             step += 1
         g = gain[i]
         s = g * g * p00 + white[i]
         k0, k1, root = g * p00 / s, g * p01 / s, np.sqrt(s)
         expected[i] = s
         for j in range(p):
-            innovation = rows[i, j] - g * lagged[j]
+            f, r = through * lagged[j] + across * relative[j], kept * relative[j]
+            innovation = rows[i, j] - g * f
             out[i, j] = innovation / root
-            lagged[j] += k0 * innovation
-            relative[j] += k1 * innovation
+            lagged[j] = f + k0 * innovation
+            relative[j] = r + k1 * innovation
         p00, p01, p11 = p00 - k0 * g * p00, p01 - k0 * g * p01, p11 - k1 * g * p01
     return out, expected

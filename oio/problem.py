@@ -12,8 +12,10 @@ import numpy as np
 
 from oio import censored
 from oio.arm import Arm
+from oio.coarse import scaled
 from oio.fluctuation import Along
-from oio.ranging import LAW, RangeLaw, concentration, lagged
+from oio.forward import forward
+from oio.ranging import LAW, RangeLaw
 from oio.records import Array
 from oio.trace import Sniffs
 
@@ -60,8 +62,8 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), the lagged concentration at the end of the path
-    [ppm], and the mean field along the path."""
+    """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), or (0, P) if they are not wanted, the lagged
+    concentration at the end of the path [ppm], and the mean field along the path."""
 
     ppm: Array
     rows: Array
@@ -87,63 +89,36 @@ class Problem:
         """Of theta."""
         return Layout(self.arm.dof, self.elements)
 
-    def predict(self, theta: Array) -> Expected:
-        """Forward model and its derivatives at theta (P,)."""
-        sn, lay = self.sniffs, self.layout
-        t2, dt = 0.5 * sn.t_s**2, self._steps()
-        p, jac = self.arm.nose_jacobian(self._joints(theta))
-        c, grad, r, rarity = concentration(p, theta[:LAW], self.law.r_ref_m, self.law.radius_m)
-        by_q = np.einsum("ij,ijk->ik", grad[:, :3], jac)  # d ln c / d o = grad_s . J, because p falls as o grows
-        dc = c[:, None] * np.concatenate([grad, by_q, t2[:, None] * by_q], axis=1)
-        factor, start = np.exp(theta[lay.tau]), self._start(theta)
-        f, df, df_tau, tau = lagged(c, dc, dt, self.rise_s * factor, self.fall_s * factor, start)
-        gain = np.exp(theta[lay.gain])[sn.element]
-        speed = np.linalg.norm(np.diff(p, axis=0, prepend=p[:1]), axis=1) / np.maximum(dt, 1e-9)
-        field = self.law.field(c, rarity, r, speed, float(theta[lay.exponent]))
-        rows = self._rows(gain, f[sn.at], df[sn.at], df_tau[sn.at])
-        if start > 0.0:
-            self._add_start(rows, gain * np.cumprod(np.exp(-dt / tau))[sn.at], start, float(gain[0]))
-        h = gain * f[sn.at]
-        return Expected(h, rows, float(f[-1]), Along(field, dt, tau, sn.at, gain, self.variance(theta, h)))
+    def predict(self, theta: Array, want_rows: bool = True) -> Expected:
+        """Forward model at theta (P,), with its derivatives unless they are not wanted."""
+        h, rows, gain, along, last = self._forward(theta, want_rows)
+        c, rarity, r, speed, dt, tau = along
+        field = self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
+        return Expected(h, rows, float(last), Along(field, dt, tau, self.sniffs.at, gain, self.variance(theta, h)))
 
     def nose(self, theta: Array) -> Array:
         """Where the nose was along the path (k, 3) m."""
-        return self.arm.nose(self._joints(theta))
-
-    def expect(self, theta: Array, nose_m: Array | None = None) -> Array:
-        """The expected readings alone, without offsets (m,) ppm: half the work of `predict`, a third if `nose(theta)` is given."""
-        sn, lay, factor = self.sniffs, self.layout, np.exp(theta[self.layout.tau])
-        p = self.nose(theta) if nose_m is None else nose_m
-        c, _, _, _ = concentration(p, theta[:LAW], self.law.r_ref_m, self.law.radius_m)
-        none = np.empty((len(c), 0))
-        f, _, _, _ = lagged(c, none, self._steps(), self.rise_s * factor, self.fall_s * factor, self._start(theta))
-        return np.asarray(np.exp(theta[lay.gain])[sn.element] * f[sn.at])
-
-    def _joints(self, theta: Array) -> Array:
-        lay = self.layout
-        return self.sniffs.q - theta[lay.offset] - 0.5 * self.sniffs.t_s[:, None] ** 2 * theta[lay.drift]
-
-    def _steps(self) -> Array:
-        return np.diff(self.sniffs.t_s, prepend=self.sniffs.t_s[0])
-
-    def _start(self, theta: Array) -> float:
-        lay, e = self.layout, int(self.sniffs.element[0])
-        return max(float(self.sniffs.ppm[0] - theta[lay.baseline][e]) / float(np.exp(theta[lay.gain][e])), 0.0)
-
-    def _rows(self, gain: Array, f: Array, df: Array, df_tau: Array) -> Array:
         sn, lay = self.sniffs, self.layout
-        each, rows = np.arange(len(sn.at)), np.zeros((len(sn.at), lay.size))
-        rows[:, : LAW + 2 * lay.dof] = gain[:, None] * df
-        rows[each, lay.gain.start + sn.element] = gain * f
-        rows[:, lay.tau] = gain * df_tau
-        rows[each, lay.baseline.start + sn.element] = 1.0
-        return rows
+        return self.arm.nose(sn.q - theta[lay.offset] - 0.5 * sn.t_s[:, None] ** 2 * theta[lay.drift])
 
-    def _add_start(self, rows: Array, left: Array, start: float, gain: float) -> None:
-        """The lag begins at (z_0 - b) / g of the first reading's element; `left` (m,) is how much of that is left in each reading."""
-        lay, e = self.layout, int(self.sniffs.element[0])
-        rows[:, lay.baseline.start + e] -= left / gain
-        rows[:, lay.gain.start + e] -= left * start
+    def expect(self, theta: Array) -> Array:
+        """The expected readings alone, without offsets (m,) ppm."""
+        return self._forward(theta, False)[0]
+
+    def _forward(self, theta: Array, want_rows: bool) -> tuple[Array, Array, Array, Array, float]:
+        sn, law = self.sniffs, self.law
+        path, lag = (sn.t_s, sn.q, sn.at, sn.element), (self.rise_s, self.fall_s)
+        return forward(theta, path, sn.ppm[0], self.arm.moving, (law.r_ref_m, law.radius_m), lag, want_rows)
+
+    def scaled(self, thetas: Array, left: Array, z: Array, weight: Array) -> tuple[Array, Array]:
+        """Of thetas (j, P) that differ in source and strength alone: weighted sums of squares (j,) of readings (m,) that have `left` and z
+        above it, with the strength of least squares; and how much greater than theirs its logarithm is (j,)."""
+        sn, lay, law, theta = self.sniffs, self.layout, self.law, thetas[0]
+        gains, factor, e = np.exp(theta[lay.gain]), float(np.exp(theta[lay.tau])), sn.element[0]
+        start = max(float((sn.ppm[0] - theta[lay.baseline][e]) / gains[e]), 0.0)
+        dt, lag = np.diff(sn.t_s, prepend=sn.t_s[0]), (factor * self.rise_s, factor * self.fall_s)
+        numbers = (law.r_ref_m, law.radius_m)
+        return scaled(thetas, self.nose(theta), dt, sn.at, gains[sn.element], start, numbers, lag, left, z, weight)
 
     def residual(self, theta: Array, h: Array) -> Array:
         """Readings minus expectation (m,) ppm; of a censored one what `oio.censored` makes of it."""

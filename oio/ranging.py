@@ -22,6 +22,7 @@ AIRS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
 LAW = 9  # parameters of the law: s (3), l, n, k (3), u
 PLAYS_MOST_M, STRAYS_MOST = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
 _SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
+MOST = 50.0  # ln c is never more: exp of it is still a number
 _RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
 
 
@@ -99,54 +100,33 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
     """
     k = p.shape[0]
     c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
-    wx, wy, wz = theta[5], theta[6], theta[7]
-    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
     for i in range(k):
-        dx, dy, dz = p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2]
-        r2 = dx * dx + dy * dy + dz * dz + radius * radius
-        r = np.sqrt(r2)
-        ln_r = np.log(r / r_ref)
-        along = wx * dx + wy * dy + wz * dz
-        off_axis = (speed - _SMOOTH_PER_M) * r - along
-        c[i] = np.exp(min(theta[3] - theta[4] * ln_r - off_axis - theta[8] * r, 50.0))
-        distance[i], rarity[i] = r, np.exp(min(max(off_axis, 0.0), _RAREST))
-        radial = theta[4] / r2 + (speed - _SMOOTH_PER_M + theta[8]) / r
-        grad[i, 0] = dx * radial - wx
-        grad[i, 1] = dy * radial - wy
-        grad[i, 2] = dz * radial - wz
-        grad[i, 3] = 1.0
-        grad[i, 4] = -ln_r
-        grad[i, 5] = dx - r * wx / speed
-        grad[i, 6] = dy - r * wy / speed
-        grad[i, 7] = dz - r * wz / speed
-        grad[i, 8] = -r
+        c[i], distance[i], rarity[i] = law_at(p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2], theta, r_ref, radius, grad[i])
     return c, grad, distance, rarity
 
 
 @numba.njit(cache=True)
-def lagged(c: Array, dc: Array, dt: Array, rise: float, fall: float, f0: float) -> tuple[Array, Array, Array, Array]:
-    """First-order lag, c linear in each step (first-order hold): f_i = phi f_{i-1} + w0 c_{i-1} + w1 c_i,
-    phi = exp(-dt_i / tau), w1 = 1 - (1 - phi) tau / dt, w0 = 1 - phi - w1; tau is `rise` or `fall` by the sign of c_i - f_{i-1}.
+def law_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float, grad: Array) -> tuple[float, float, float]:
+    """c, r and rarity at one place d from the source, as `concentration` has them; the derivative of ln c goes to grad (LAW and more,)."""
+    wx, wy, wz = theta[5], theta[6], theta[7]
+    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
+    ln_c, r2, ln_r, off_axis = shape(dx, dy, dz, theta, r_ref, radius)
+    r = np.sqrt(r2)
+    radial = theta[4] / r2 + (speed - _SMOOTH_PER_M + theta[8]) / r
+    grad[0], grad[1], grad[2] = dx * radial - wx, dy * radial - wy, dz * radial - wz
+    grad[3], grad[4], grad[8] = 1.0, -ln_r, -r
+    grad[5], grad[6], grad[7] = dx - r * wx / speed, dy - r * wy / speed, dz - r * wz / speed
+    return np.exp(min(ln_c, MOST)), r, np.exp(min(max(off_axis, 0.0), _RAREST))
 
-    c (k,) ppm and dc (k, m) its sensitivities, dt (k,) s before each step. Returns f (k,), df (k, m),
-    df/d ln(tau) (k,) and the tau (k,) s that each step had.
-    """
-    k, m = dc.shape
-    f, df, df_tau, used = np.empty(k), np.empty((k, m)), np.empty(k), np.empty(k)
-    state, sensitivity, to_tau = f0, np.zeros(m), 0.0
-    for i in range(k):
-        before = i - 1 if i > 0 else 0
-        tau = rise if c[i] > state else fall
-        x = max(dt[i], 1e-9) / tau
-        phi = np.exp(-x)
-        share = (1.0 - phi) / x if x > 1e-6 else 1.0 - 0.5 * x
-        w1, w0 = 1.0 - share, share - phi
-        d_phi = phi * x  # by ln(tau)
-        d_share = share - phi
-        to_tau = phi * to_tau + state * d_phi - c[i] * d_share + c[before] * (d_share - d_phi)
-        state = phi * state + w0 * c[before] + w1 * c[i]
-        for j in range(m):
-            sensitivity[j] = phi * sensitivity[j] + w0 * dc[before, j] + w1 * dc[i, j]
-        f[i], df_tau[i], used[i] = state, to_tau, tau
-        df[i] = sensitivity
-    return f, df, df_tau, used
+
+@numba.njit(cache=True)
+def shape(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float) -> tuple[float, float, float, float]:
+    """ln c, r^2, ln(r / r_ref) and |k| r - k.d at one place d from the source."""
+    wx, wy, wz = theta[5], theta[6], theta[7]
+    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
+    r2 = dx * dx + dy * dy + dz * dz + radius * radius
+    r = np.sqrt(r2)
+    ln_r = np.log(r / r_ref)
+    along = wx * dx + wy * dy + wz * dz
+    off_axis = (speed - _SMOOTH_PER_M) * r - along
+    return theta[3] - theta[4] * ln_r - off_axis - theta[8] * r, r2, ln_r, off_axis

@@ -37,6 +37,13 @@ class Elsewhere:
         p, jacobian = self._arm.nose_jacobian(q)
         return self.at(p), self._unit * self.turn @ jacobian
 
+    @property
+    def moving(self):
+        turns, others, nose = (np.array(part) for part in self._arm.moving)
+        turns[0] = (self._unit * self.turn @ turns[0].reshape(3, 3)).ravel()
+        others[0, 3:6] = self.at(others[0, 3:6])
+        return turns, others, nose
+
 
 def seen_from(problem, arm, unit):
     """The problem in the frame of `arm`, and how theta goes there: theta' = whole @ theta + offset."""

@@ -1,12 +1,12 @@
-"""The law of mean concentration, its derivatives and symmetries; the lag and its sensitivities; RSSI and back."""
+"""The law of mean concentration, its derivatives and symmetries; RSSI and back."""
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oio.errors import BadInput
-from oio.ranging import LAW, Rssi, concentration, lagged
+from oio.ranging import LAW, Rssi, concentration
 
 R_REF, RADIUS = 0.1, 0.01
 
@@ -90,53 +90,6 @@ def test_by_hand():
 def test_rarity_is_between_one_and_a_thousand(p, theta):
     rarity = concentration(p[None, :], theta, R_REF, RADIUS)[3][0]
     assert 1.0 <= rarity <= 1000.0 * (1 + 1e-9)
-
-
-signals = st.lists(floats(0.1, 100.0), min_size=3, max_size=20).map(np.array)
-
-
-@settings(deadline=None)
-@given(signals, floats(0.05, 5.0), floats(0.05, 5.0), st.integers(0, 2**32 - 1))
-def test_sensitivities_of_the_lag_are_central_differences(c, rise, fall, seed):
-    rng, h = np.random.default_rng(seed), 1e-6
-    dc, dt = rng.standard_normal((len(c), 2)), rng.uniform(0.01, 1.0, len(c))
-    f, df, df_tau, _ = lagged(c, dc, dt, rise, fall, 0.0)
-    assume(np.min(np.abs(c[1:] - f[:-1])) > 1e-3)  # no kink between rise and fall nearby
-    for j in range(2):
-        up, down = (lagged(c + sign * h * dc[:, j], dc, dt, rise, fall, 0.0)[0] for sign in (1, -1))
-        np.testing.assert_allclose(df[:, j], (up - down) / (2 * h), atol=1e-5)
-    up, down = (lagged(c, dc, dt, rise * np.exp(s), fall * np.exp(s), 0.0)[0] for s in (h, -h))
-    np.testing.assert_allclose(df_tau, (up - down) / (2 * h), atol=1e-4)
-
-
-@settings(deadline=None, max_examples=20)
-@given(signals, floats(0.1, 5.0), floats(0.0, 50.0))
-def test_the_lag_is_exact_for_a_signal_that_is_linear_in_every_step(c, tau, f0):
-    dt = np.full(len(c), 0.3)
-    f = lagged(c, np.zeros((len(c), 0)), dt, tau, tau, f0)[0]
-    state, fine = f[0], 20_000
-    for i in range(1, len(c)):
-        for u in (np.arange(fine) + 0.5) / fine:  # midpoint rule
-            state += (c[i - 1] + u * (c[i] - c[i - 1]) - state) * -np.expm1(-0.3 / fine / tau)
-        assert state == pytest.approx(f[i], rel=1e-6)
-        if i == 3:
-            break
-
-
-def test_rise_and_fall_have_their_own_lag():
-    step = np.array([0.0, 10.0, 10.0, 0.0, 0.0])
-    dt = np.array([0.1, 1e-6, 1.0, 1e-6, 1.0])
-    f, _, _, tau = lagged(step, np.zeros((5, 0)), dt, 0.5, 2.0, 0.0)
-    assert f[2] == pytest.approx(10.0 * -np.expm1(-1.0 / 0.5), rel=1e-5)
-    assert f[4] == pytest.approx(f[2] * np.exp(-1.0 / 2.0), rel=1e-5)
-    np.testing.assert_array_equal(tau[[2, 4]], [0.5, 2.0])
-
-
-@settings(deadline=None)
-@given(signals)
-def test_a_lagged_signal_stays_within_what_it_follows(c):
-    f = lagged(c, np.zeros((len(c), 0)), np.full(len(c), 0.2), 0.5, 1.5, c[0])[0]
-    assert np.all(f >= np.min(c) - 1e-9) and np.all(f <= np.max(c) + 1e-9)
 
 
 @given(floats(0.01, 10.0), floats(-60, 60), floats(0.5, 3.0))
