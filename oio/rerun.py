@@ -20,13 +20,14 @@ class Variant:
 
     odometry: Odometry
     searched: bool  # the filter that made the search: its maps are known
+    last_map: bool = False  # makes the last map only, over the whole trace, and no filter runs before
     nis: list[float] = field(default_factory=list)
     nose_errors_m: list[float] = field(default_factory=list)
     declared_ns: int | None = None
 
 
 class Rerun:
-    """Feeds variants; maps are made when the search made them, the stop rule is asked at the end of every move."""
+    """Feeds variants; maps are made when the search made them (or the last alone), the stop rule is asked at the end of every move."""
 
     def __init__(self, variants: dict[str, Variant], sensor: Sensor, search: Navigation, stop: StopRule) -> None:
         self.variants, self._sensor, self._search, self._stop = variants, sensor, search, stop
@@ -61,7 +62,7 @@ class Rerun:
     def _move_ended(self, t_ns: int) -> None:
         done = sum(end <= t_ns for end in self._search.move_ends_ns)
         for variant in self.variants.values():
-            if t_ns in self._search.maps_ns:
+            if t_ns in (self._search.maps_ns[-1:] if variant.last_map else self._search.maps_ns):
                 made = self._search.maps[self._search.maps_ns.index(t_ns)]
                 variant.odometry.locate(done, made if variant.searched else ())
             if variant.declared_ns is None and self._stop.holds(variant.odometry, self._search.made[:done]):
@@ -72,7 +73,7 @@ class Rerun:
         if self._joints is None or self._joints.t_ns != truth.t_ns:
             return
         arm = next(iter(self.variants.values())).odometry.known.model.arm
-        if all(variant.odometry.belief is not None for variant in self.variants.values()):
+        if all(variant.odometry.belief is not None for variant in self.variants.values() if not variant.last_map):
             self._dead_m.append(float(np.linalg.norm(arm.nose(self._joints.q) - truth.nose_m)))
         for variant in self.variants.values():
             nose = variant.odometry.nose()

@@ -8,6 +8,7 @@ from oio.arm import Arm
 from oio.beliefs import BeliefMap
 from oio.bounds import at_truth, cramer_rao, posterior
 from oio.calibration import Baselines, Calibration, Navigation
+from oio.errors import BadInput
 from oio.observability import blind_spots
 from oio.odometry import Odometry
 from oio.pipeline import Context
@@ -19,10 +20,13 @@ from oio.stop import StopRule
 from oio.summary import Evaluation
 from oio.verdict import Findings, Limits, judge
 
+COLD_MAPS = ("all", "last")
+
 
 @settings
 class Evaluate:
-    """Every variant sees the samples in the order in which they were logged and makes its maps when the live search did."""
+    """Every variant sees the samples in the order in which they were logged and makes its maps when the live search did, or the cold start
+    the last of them alone."""
 
     needs: ClassVar[tuple[type, ...]] = (Baselines, Calibration, Navigation)
     sensor: Sensor
@@ -33,10 +37,14 @@ class Evaluate:
     limits: Limits
     paper_assembly: bool  # a third of the stage's time
     bound_draws: int  # truths from the prior over which van Trees' bound is averaged
+    cold_maps: str  # of the cold start: one of COLD_MAPS
 
     def check(self) -> None:
-        """A mean needs a draw."""
+        """A mean needs a draw; no maps but these."""
         in_range(self, bound_draws=(1, 100_000))
+        if self.cold_maps not in COLD_MAPS:
+            given = f"stage.evaluate.cold_maps is '{self.cold_maps}'"
+            raise BadInput(f"{given}, but it can be {' or '.join(COLD_MAPS)}. Type stage.evaluate.cold_maps={COLD_MAPS[0]}.")
 
     def run(self, context: Context) -> Evaluation:
         """Outcomes of all variants, dead reckoning, bound and verdict."""
@@ -58,7 +66,10 @@ class Evaluate:
         starts = {"calibrated": known.chosen, "cold": known.cold}
         if self.paper_assembly:
             starts["calibrated_paper_assembly"] = known.paper
-        variants = {name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen) for name, at in starts.items()}
+        variants = {
+            name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen, name == "cold" and self.cold_maps == "last")
+            for name, at in starts.items()
+        }
         rerun = Rerun(variants, self.sensor, search, self.stop)
         rerun.over(context.log.samples(search.began_ns, search.ended_ns))
         return rerun

@@ -76,6 +76,7 @@ REFUSED = [
     (["sensor.spread.noise=a"], ["spread.noise", "'a'", "float"]),
     (["air.wind_m_s=nan"], "air.wind_m_s is nan, but a finite number is needed. Give one, e.g. 1.0."),
     (["air.wind_m_s=99"], ["air.wind_m_s is 99", "0 to 10"]),
+    (["stage.evaluate.cold_maps=first"], ["cold_maps is 'first'", "all or last"]),
     (["stage.navigate.max_moves=2"], ["max_moves is 2", "6 to 10000"]),
     (["source.position=[nan,0,0.1]"], ["source.position[0] is nan", "finite"]),
     (["source.position=[1,2]"], ["source.position is (1.0, 2.0)", "float, float, float"]),

@@ -28,7 +28,7 @@ def setting(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
     choices = dict(composed.hydra.runtime.choices)
     cfg = {str(key): value for key, value in _plain(composed).items() if key != "hydra"}
     if "evaluate" in (cfg["stage"] or {}):
-        cfg["stage"]["evaluate"]["paper_assembly"] = False  # no benchmark reads it, and it takes its time
+        cfg["stage"]["evaluate"].update(paper_assembly=False, cold_maps="last")  # no benchmark reads more, and it takes its time
     return cfg, build(OmegaConf.create(cfg), choices, list(words))
 
 

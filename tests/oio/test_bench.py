@@ -43,8 +43,8 @@ def in_memory():
 
 
 def test_a_trial_is_a_run_bit_for_bit(in_memory, tmp_path, composed):
-    """The numbers of summary.json, but for the time it took; the paper's assembly is left out."""
-    made = build(composed(*SHORT, "seed=4"), {"backend": "mujoco", "air": "steady", "ekf": "ekf"}, [])
+    """The numbers of summary.json, but for the time it took; no paper's assembly, and of the cold start one map."""
+    made = build(composed(*SHORT, "seed=4", "stage.evaluate.cold_maps=last"), {"backend": "mujoco", "air": "steady", "ekf": "ekf"}, [])
     with_file = execute(made, tmp_path / "run")
     skipped = ("wall_s", "calibrated_paper_assembly")
     assert {k: v for k, v in in_memory.items() if k not in skipped} == {k: v for k, v in with_file.items() if k not in skipped}
@@ -69,9 +69,9 @@ def test_stages_without_a_score_are_refused():
     assert "a benchmark needs 'assemble_qr' and 'evaluate'" in attempt(("stage=[warm_up,baseline]", "sensor=ndir"), 0)[1]
 
 
-def test_the_paper_assembly_is_not_scored():
+def test_the_paper_assembly_is_not_scored_and_the_cold_start_makes_one_map():
     cfg, _ = setting(SHORT)
-    assert cfg["stage"]["evaluate"]["paper_assembly"] is False
+    assert cfg["stage"]["evaluate"]["paper_assembly"] is False and cfg["stage"]["evaluate"]["cold_maps"] == "last"
 
 
 @given(st.lists(st.integers(0, 20)), st.integers(-1, 20), st.none() | st.integers(0, 20))
