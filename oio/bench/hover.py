@@ -1,6 +1,6 @@
 """The stage of `drift` with a known source: the arm sniffs about the beacon for as long as it is told, and the filter watches its nose."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -55,7 +55,9 @@ class Hover:
     def _begun(self, context: Context) -> Odometry:
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
         begin = self.estimator.begin if isinstance(self.estimator, Begins) else begun_from_best
-        odometry.belief = begin(odometry.known.model, (context.need(MapCalibration).fit,), context.world.t_ns, CERTAIN)
+        known, fit = odometry.known, context.need(MapCalibration).fit
+        widened = replace(fit, cov=known.model.noise.inflation * fit.cov)  # as a search has it
+        odometry.belief = begin(known.model, (widened,), context.world.t_ns, CERTAIN)
         return odometry
 
     def _goal(self, context: Context, odometry: Odometry) -> Array:
