@@ -3,13 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oio.arm import Arm
 from oio.batch import Fit, solve
 from oio.evidence import HELD, air_of, best, restricted
 from oio.fluctuation import Along, Fluctuation, fitted, whiten
 from oio.knowledge import Nominal, prior
-from oio.problem import Problem
+from oio.problem import Layout, Problem
 from oio.ranging import RangeLaw
 from oio.records import Array
 from oio.trace import Sniffs
@@ -26,8 +27,19 @@ def beacon_problem(
     mean, cov = prior(arm, law, nominal, *offsets)
     mean[:3] = place[0]
     cov[range(3), range(3)] = place[1] ** 2
-    mean[3] = np.log(max(float(np.max(sniffs.ppm - offsets[0][sniffs.element])), nominal.sigma_ppm))
+    signal = sniffs.ppm - offsets[0][sniffs.element]
+    mean[Layout(arm.dof, nominal.elements).gain] = _gains(signal, sniffs.element, nominal)
+    mean[3] = np.log(max(float(np.max(signal[sniffs.element == 0])), nominal.sigma_ppm))
     return Problem(sniffs, arm, law, nominal.elements, nominal.rise_s, nominal.fall_s, mean, cov)
+
+
+def _gains(signal: Array, element: NDArray[np.int64], nominal: Nominal) -> Array:
+    """ln of how many times what the first element felt each element felt in all (E,): where a fit begins.
+
+    Specimens differ by factors, and noise that grows with the signal forgives a fit any expectation that is much too large.
+    """
+    felt = [max(float(np.mean(signal[element == e])), nominal.sigma_ppm) for e in range(nominal.elements)]
+    return np.asarray(np.log(np.array(felt) / felt[0]))
 
 
 def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) -> Fit:

@@ -1,5 +1,6 @@
 """Find a source at a new, unknown place: explore, map, then sniff where it tells most, until the belief is narrow enough to say so."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from oio.records import GasReading, JointState, seconds
 from oio.search.view import Move, View
 from oio.settings import in_range, settings
 from oio.stop import StopRule
+from oio.whiff import Whiff
 
 
 @settings
@@ -34,7 +36,8 @@ class Navigate:
     explore: int  # moves before the first belief map, at least;
     smelt: int  # and until so many of them smelt something,
     explore_most: int  # but so many at most
-    smelt_sigmas: float  # above the baseline, in standard deviations of one reading
+    smelt_sigmas: float  # above what is left of an earlier sniff, in standard deviations of one reading
+    lost: int  # after so many moves that smelt nothing it explores again, until one does
     remap: float  # the map is made anew after so many times the moves of the last one,
     recheck: int  # and while it is in doubt, after so many moves
     max_moves: int
@@ -52,6 +55,7 @@ class Navigate:
             smelt=(0, 1000),
             explore_most=(self.explore, 10_000),
             smelt_sigmas=(0, 1e6),
+            lost=(1, 10_000),
             remap=(1.0, 100.0),
             recheck=(1, 10_000),
             max_moves=(self.explore, 10_000),
@@ -97,10 +101,10 @@ class Navigate:
 
     def _move(self, context: Context, odometry: Odometry, detector: BoutDetector, moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
-        law = odometry.known.mean[:LAW]
-        view = View(self.arm, odometry.known.model, odometry.belief, odometry.hypotheses, moves, dwell_s, self.near_m, law)
-        goal = self.strategy.propose(view, context.rng)
-        fired, last, peak = [0], dict[int, float](), 0.0
+        model, law = odometry.known.model, odometry.known.mean[:LAW]
+        believed = (None, ()) if self._lost(moves) else (odometry.belief, odometry.hypotheses)
+        goal = self.strategy.propose(View(self.arm, model, *believed, moves, dwell_s, self.near_m, law), context.rng)
+        fired, whiff = [0], Whiff(context.need(Calibration).baselines, model.fall_s)
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             if isinstance(sensed, JointState):
                 odometry.joints(sensed)
@@ -111,9 +115,15 @@ class Navigate:
             bout = detector.feed(sensed)
             if bout is not None:
                 fired.append(int(bout.fired))
-            last[sensed.element] = sensed.ppm - context.need(Calibration).baselines[sensed.element].ppm
-            peak = max(peak, last[sensed.element] / sensed.sigma_ppm)
-        return Move(goal, float(np.mean(fired)), float(np.mean(list(last.values()) or [0.0])), peak)
+            whiff.feed(sensed)
+        return Move(goal, float(np.mean(fired)), whiff.ppm, whiff.peak)
+
+    def _lost(self, moves: Sequence[Move]) -> bool:
+        """Whether the latest moves smelt nothing: wherever the source is believed, it is elsewhere."""
+        return len(moves) >= self.lost and self._smelt(moves[-self.lost :]) == 0
+
+    def _smelt(self, moves: Sequence[Move]) -> int:
+        return sum(move.peak > self.smelt_sigmas for move in moves)
 
     def _log(self, context: Context, odometry: Odometry, reading: GasReading) -> None:
         innovation = odometry.reading(reading)
@@ -131,8 +141,9 @@ class Navigate:
         """First after exploring; then ever more seldom, but soon while hypotheses compete or the filter is surprised."""
         moves = len(made)
         if mapped == 0:
-            smelt = sum(move.peak > self.smelt_sigmas for move in made)
-            return moves >= self.explore and (smelt >= self.smelt or moves >= self.explore_most)
+            return moves >= self.explore and (self._smelt(made) >= self.smelt or moves >= self.explore_most)
+        if self._lost(made[:-1]) and not self._lost(made):
+            return True  # smelt again
         doubtful = len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.nis)
         return moves >= self.remap * mapped or (doubtful and moves >= mapped + self.recheck)
 

@@ -13,7 +13,7 @@ from oio.records import Array, Belief
 @dataclass(frozen=True)
 class Move:
     """A finished move: the goal (n,) rad, which fraction of its readings were bouts, the mean signal at its end [ppm], and the
-    highest one on the way, in standard deviations of a reading."""
+    highest one on the way above what was left of earlier sniffs, in standard deviations of a reading."""
 
     q: Array
     bouts: float
