@@ -37,7 +37,7 @@ class Navigate:
     smelt: int  # and until so many of them smelt something,
     explore_most: int  # but so many at most
     smelt_sigmas: float  # above what is left of an earlier sniff, in standard deviations of one reading
-    lost: int  # after so many moves that smelt nothing it explores again, until one does
+    lost: int  # after so many silent moves it explores again, until one does
     remap: float  # the map is made anew after so many times the moves of the last one,
     recheck: int  # and while it is in doubt, after so many moves
     max_moves: int
@@ -71,10 +71,11 @@ class Navigate:
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
         began, maps, ends, moves = context.world.t_ns, list[tuple[int, tuple[Fit, ...]]](), list[int](), list[Move]()
         detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
+        whiff = Whiff(context.need(Calibration).baselines, odometry.known.model.fall_s)
         declared, mapped = False, 0
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
             try:
-                moves.append(self._move(context, odometry, detector, tuple(moves)))
+                moves.append(self._move(context, odometry, (detector, whiff), tuple(moves)))
             except WorldEnded:
                 break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
@@ -99,15 +100,17 @@ class Navigate:
         self._log_belief(context, odometry)
         return context.world.t_ns, fits
 
-    def _move(self, context: Context, odometry: Odometry, detector: BoutDetector, moves: tuple[Move, ...]) -> Move:
+    def _move(self, context: Context, odometry: Odometry, told: tuple[BoutDetector, Whiff], moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
         model, law = odometry.known.model, odometry.known.mean[:LAW]
         believed = (None, ()) if self._lost(moves) else (odometry.belief, odometry.hypotheses)
         goal = self.strategy.propose(View(self.arm, model, *believed, moves, dwell_s, self.near_m, law), context.rng)
-        fired, whiff = [0], Whiff(context.need(Calibration).baselines, model.fall_s)
+        fired, (detector, whiff) = [0], told
+        whiff.begin()
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             if isinstance(sensed, JointState):
                 odometry.joints(sensed)
+                whiff.feed(sensed)
                 continue
             self._log(context, odometry, sensed)
             if sensed.missed:
@@ -116,14 +119,12 @@ class Navigate:
             if bout is not None:
                 fired.append(int(bout.fired))
             whiff.feed(sensed)
-        return Move(goal, float(np.mean(fired)), whiff.ppm, whiff.peak)
+        smelt = whiff.q if whiff.fresh > self.smelt_sigmas else None
+        return Move(goal, float(np.mean(fired)), whiff.ppm, smelt, whiff.level <= self.smelt_sigmas)
 
     def _lost(self, moves: Sequence[Move]) -> bool:
         """Whether the latest moves smelt nothing: wherever the source is believed, it is elsewhere."""
-        return len(moves) >= self.lost and self._smelt(moves[-self.lost :]) == 0
-
-    def _smelt(self, moves: Sequence[Move]) -> int:
-        return sum(move.peak > self.smelt_sigmas for move in moves)
+        return len(moves) >= self.lost and all(move.silent for move in moves[-self.lost :])
 
     def _log(self, context: Context, odometry: Odometry, reading: GasReading) -> None:
         innovation = odometry.reading(reading)
@@ -141,7 +142,7 @@ class Navigate:
         """First after exploring; then ever more seldom, but soon while hypotheses compete or the filter is surprised."""
         moves = len(made)
         if mapped == 0:
-            return moves >= self.explore and (self._smelt(made) >= self.smelt or moves >= self.explore_most)
+            return moves >= self.explore and (sum(move.smelt is not None for move in made) >= self.smelt or moves >= self.explore_most)
         if self._lost(made[:-1]) and not self._lost(made):
             return True  # smelt again
         doubtful = len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.nis)

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from oio.ranging import LAW, concentration
 from oio.records import Array
-from oio.search.view import View, spread_out
+from oio.search.scout import scout
+from oio.search.view import View
 from oio.settings import in_range, settings
 
 
 @settings
 class DOptimal:
-    """Spread out until there is a belief, then choose by expected information per second."""
+    """Scout until there is a belief, then choose by expected information per second."""
 
     around: int  # candidates about each hypothesis
     anywhere: int  # candidates anywhere,
@@ -32,7 +33,7 @@ class DOptimal:
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
         if view.belief is None:
-            return spread_out(view, rng)
+            return scout(view, rng)
         candidates = self._candidates(view, rng)
         here = view.moves[-1].q if view.moves else view.arm.home
         cost_s = view.arm.duration_s(here, candidates) + view.dwell_s

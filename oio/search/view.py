@@ -1,8 +1,6 @@
-"""What a strategy sees, and the pose that explores best when nothing is believed yet."""
+"""What a strategy sees."""
 
 from dataclasses import dataclass
-
-import numpy as np
 
 from oio.arm import Arm
 from oio.batch import Fit
@@ -12,13 +10,14 @@ from oio.records import Array, Belief
 
 @dataclass(frozen=True)
 class Move:
-    """A finished move: the goal (n,) rad, which fraction of its readings were bouts, the mean signal at its end [ppm], and the
-    highest one on the way above what was left of earlier sniffs, in standard deviations of a reading."""
+    """A finished move: the goal (n,) rad, which fraction of its readings were bouts, the mean signal at its end [ppm]; the joints (n,) rad
+    where it smelt gas that no earlier sniff had left in the sensor, if it did; and whether the sensor was as in clean air throughout."""
 
     q: Array
     bouts: float
     ppm: float
-    peak: float = 0.0
+    smelt: Array | None = None
+    silent: bool = False
 
 
 @dataclass(frozen=True)
@@ -33,18 +32,3 @@ class View:
     dwell_s: float
     near_m: float  # the nose keeps this far from where the source is believed
     law: Array | None = None  # calibrated mean (LAW,) of the range law, for before the first belief; None: the nominal law
-
-
-def spread_out(view: View, rng: np.random.Generator, tries: int = 64) -> Array:
-    """Of `tries` random poses the one whose nose gets farthest from all sniffed places for the time it takes.
-
-    A maximin design (Johnson, Moore, Ylvisaker 1990) that pays for its travel.
-    """
-    here = view.moves[-1].q if view.moves else view.arm.home
-    poses = np.array([view.arm.random_pose(rng) for _ in range(tries)])
-    free = view.arm.free(here, poses)
-    candidates = poses[free] if np.any(free) else poses
-    seen = view.arm.nose(np.array([view.arm.home, *(move.q for move in view.moves)]))
-    distance = np.linalg.norm(view.arm.nose(candidates)[:, None, :] - seen[None, :, :], axis=2).min(axis=1)
-    cost_s = view.arm.duration_s(here, candidates) + view.dwell_s
-    return np.asarray(candidates[int(np.argmax(distance / cost_s))])
