@@ -119,7 +119,7 @@ class Model:
         new[at["o"]] += dt_s * x[at["v"]] + 0.5 * dt_s**2 * x[at["a"]]
         new[at["v"]] += dt_s * x[at["a"]]
         jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
-        p, jac = self.arm.nose_jacobian(joints.q - new[at["o"]])
+        p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midway: a step has one concentration
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
         field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + 4]))
         swing = c * fl.height(field)

@@ -174,8 +174,8 @@ class Bench:
         sim = self._sim
         if self._ticks % sim.air_every == 0:
             self._air.step(sim.air_every * sim.joint_period_s)
-        self._ppm = sim.background_ppm + self._air.ppm(self._nose_m)
-        self._specimen.step(self._ppm, sim.joint_period_s)
+        before, self._ppm = self._ppm, sim.background_ppm + self._air.ppm(self._nose_m)
+        self._specimen.step(0.5 * (before + self._ppm), sim.joint_period_s)  # else the gas would be half a tick ahead of the nose
 
     def _sniff(self) -> GasSample:
         sample = GasSample(self.t_ns, self._element, self._specimen.sample(self._element, seconds(self.t_ns)))
