@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oio.fluctuation import Fluctuation, Whitening
+from oio.fluctuation import Along, Fluctuation, Whitening
 from oio.problem import Expected, Layout, Problem
 from oio.ranging import RangeLaw
 from oio.records import Array
@@ -77,9 +77,22 @@ def _step(
 
 def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation, expected: Expected) -> Fit:
     whitening, variance = Whitening(expected.along, noise), expected.along.variance_ppm2
-    rows = whitening.of(expected.rows, variance).rows @ root
+    told = whitening.of(expected.rows, variance).rows
+    rows = told @ root
     cov = root @ np.linalg.inv(rows.T @ rows + np.eye(len(theta))) @ root.T
+    cov[:3, :3] += strayed_m(problem, theta, told[:, :3], expected.along) ** 2 / 3.0 * np.eye(3)
     u = np.linalg.solve(root, theta - problem.mean)
     white = whitening.of(problem.residual(theta, expected.ppm)[:, None], variance)
     fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi has no density
     return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm), problem.law)
+
+
+def strayed_m(problem: Problem, theta: Array, told: Array, along: Along) -> float:
+    """How far [m] a plume that strays from its law displaces the source, however often it is sniffed at: d r = r d(ln c) / n.
+
+    A plume strays by the same at the same place, so more sniffs there do not average it. `told` (m, 3) is what each reading tells of the
+    source; r is the mean distance of the readings, weighted by that.
+    """
+    weight = np.einsum("ij,ij->i", told, told)
+    r_m = float(weight @ along.field.r_m[along.at]) / max(float(np.sum(weight)), 1e-300)
+    return problem.law.stray * r_m / max(float(theta[problem.layout.exponent]), 0.1)

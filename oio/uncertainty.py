@@ -30,7 +30,8 @@ class TypeB:
     misses_m: tuple[float, ...]
     u_b_m: float
     rms_m: float
-    inflation: float  # mean NEES of the repeats over its expectation, at least 1: how much too small the fits' covariances are
+    inflation: float  # how much too small the fits' covariances are: mean NEES of the repeats over its expectation, at least 1, times
+    # nu / (nu - 2) with nu = 3 n degrees of freedom, for it is itself an estimate (the variance of Student's t; GUM G.3)
 
 
 def type_a(s_ppm: float, k: float) -> float:
@@ -46,9 +47,9 @@ def type_b(miss_m: float, moves: int) -> float:
 def localisation(misses_m: Array, nees: Array, moves: int) -> TypeB:
     """Type B from the misses (n,) m of n repeats with `moves` moves each, and their NEES (n,) under the covariances of their fits."""
     paper = float(np.mean([type_b(v, moves) for v in misses_m]))
-    return TypeB(
-        moves, tuple(float(v) for v in misses_m), paper, float(np.sqrt(np.mean(np.square(misses_m)))), max(1.0, float(np.mean(nees)) / 3.0)
-    )
+    nu = 3 * len(misses_m)
+    inflation = max(1.0, float(np.mean(nees)) / 3.0) * nu / (nu - 2)
+    return TypeB(moves, tuple(float(v) for v in misses_m), paper, float(np.sqrt(np.mean(np.square(misses_m)))), inflation)
 
 
 @dataclass(frozen=True, slots=True)
