@@ -98,7 +98,7 @@ class Whitening:
         return White(*_filtered(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
 
 
-GAMMAS = np.geomspace(0.02, 1.5, 14)
+GAMMAS = np.geomspace(0.005, 1.5, 18)
 TIMES_S = np.geomspace(0.1, 10.0, 10)
 
 
