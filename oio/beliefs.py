@@ -11,6 +11,7 @@ from oio.problem import Problem
 from oio.ranging import RangeLaw, Rssi
 from oio.records import Array
 from oio.settings import in_range, settings
+from oio.spheres import differenced
 from oio.trace import Sniffs, Trace
 
 NO_SOURCE = -60.0  # ln strength of nothing at all
@@ -57,12 +58,13 @@ class BeliefMap:
         return tuple(kept)
 
     def _starts(self, problem: Problem, known: Knowledge, before: tuple[Fit, ...]) -> list[Array]:
-        """Where hypotheses were, and the best coarse places that lie apart, each with its best strength."""
+        """Where hypotheses were, and the best of coarse places and the linear solution that lie apart, each with its best strength."""
         arm, weigh = known.model.arm, known.model.fluctuation
         low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
         left = without_source(problem, problem.mean)
         strongest = problem.sniffs.at[int(np.argmax(problem.residual(problem.mean, left)))]
-        near = self._shells(problem.nose(problem.mean)[strongest])
+        nose = problem.nose(problem.mean)
+        near = np.concatenate([self._shells(nose[strongest]), differenced(problem, nose)])
         places = np.concatenate([low + halton(self.coarse) * (high - low), np.clip(near, low, high)])
         fresh = self.restarts if before else self.starts
         tried = _ranked(problem, places, weigh.gamma, left, 4 * fresh)
