@@ -2,7 +2,7 @@
 
 import math
 
-from oio.calibration import Baseline
+from oio.bouts import Baseline
 from oio.records import Array, GasReading, JointState, seconds
 
 
