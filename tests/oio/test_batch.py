@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from oio.batch import solve
+from oio.batch import solve, strayed_m
 from oio.problem import Problem
 from oio.ranging import LAW
 
@@ -66,10 +68,14 @@ def test_without_noise_the_fit_is_the_truth(lab):
 
 
 def test_on_data_of_its_own_the_fit_is_honest(lab):
-    """20 truths: the source within 3 sigma, and its mean NEES in a wide chi-square band (99.8 %)."""
+    """20 truths: the source within 3 sigma, and its mean NEES in a wide chi-square band (99.8 %).
+
+    Its plume is that of the law: what a plume that strays adds to the covariance is nothing then.
+    """
     values, misses = [], []
     for seed in range(20):
         made = lab(3, 1, seed=100 + seed)
+        made.law = replace(made.law, stray=0.0)
         theta = made.theta()
         fit = solve(made.problem(theta, poses=10), theta, made.model.fluctuation)
         error = fit.mean[:3] - theta[:3]
@@ -146,3 +152,67 @@ def test_turning_the_world_turns_the_answer(lab, angle):
     assert np.max(np.abs(turn @ one.mean + shift - other.mean) / spread) < 0.05  # the fit ends within 0.01 of its own spread
     difference = (turn @ one.cov @ turn.T - other.cov) / np.outer(spread, spread)
     assert np.max(np.abs(difference[:LAW, :LAW])) < 0.02
+
+
+def told(lab, stray):
+    """A problem whose law strays by so much, its truth, and what `strayed_m` wants besides."""
+    made = lab(3, 1, seed=13)
+    theta = made.theta()
+    problem = replace(made.problem(theta), law=replace(made.law, stray=stray))
+    expected = problem.predict(theta)
+    rows = expected.rows[:, :3] / np.sqrt(expected.along.variance_ppm2)[:, None]
+    return problem, theta, rows, expected.along
+
+
+def afar(along, factor):
+    return replace(along, field=replace(along.field, r_m=factor * along.field.r_m))
+
+
+@given(stray=st.floats(1e-3, 1.0), more=st.floats(1.01, 5.0), away=st.floats(1.01, 5.0))
+def test_a_plume_that_strays_displaces_by_its_straying_and_the_distance(lab, stray, more, away):
+    """d r = r d(ln c) / n: in proportion to both, and the less the steeper the law."""
+    problem, theta, rows, along = told(lab, stray)
+    here = strayed_m(problem, theta, rows, along)
+    there = replace(problem, law=replace(problem.law, stray=more * stray))
+    assert strayed_m(there, theta, rows, along) == pytest.approx(more * here)
+    assert strayed_m(problem, theta, rows, afar(along, away)) == pytest.approx(away * here)
+    steep = np.array(theta)
+    steep[problem.layout.exponent] *= away
+    assert strayed_m(problem, steep, rows, along) == pytest.approx(here / away)
+
+
+def test_a_plume_of_the_law_displaces_nothing(lab):
+    problem, theta, rows, along = told(lab, 0.0)
+    assert strayed_m(problem, theta, rows, along) == 0.0
+    assert np.all(np.isfinite(strayed_m(problem, theta, np.zeros_like(rows), along)))  # nothing was smelt
+
+
+def test_the_distance_is_that_of_the_readings_that_tell(lab):
+    problem, theta, rows, along = told(lab, 0.2)
+    r_m = along.field.r_m[along.at]
+    alone = np.zeros_like(rows)
+    alone[7] = rows[7]
+    assert strayed_m(problem, theta, alone, along) == pytest.approx(0.2 * r_m[7] / theta[problem.layout.exponent])
+    assert 0.2 * r_m.min() <= theta[problem.layout.exponent] * strayed_m(problem, theta, rows, along) <= 0.2 * r_m.max()
+
+
+def test_straying_is_a_length_in_any_unit(lab):
+    """Metres to millimetres: distances a thousand times, what a reading tells of a place a thousandth."""
+    problem, theta, rows, along = told(lab, 0.2)
+    in_mm = strayed_m(problem, theta, rows / 1e3, afar(along, 1e3))
+    assert in_mm == pytest.approx(1e3 * strayed_m(problem, theta, rows, along), rel=1e-12)
+
+
+def test_more_sniffs_do_not_average_straying(lab):
+    """The same readings, told more sharply: the covariance shrinks, but never below what the plume may stray by."""
+    made = lab(3, 1, seed=14)
+    theta = made.theta()
+    problem = made.problem(theta, quiet=True)
+    sharp = replace(problem, sniffs=replace(problem.sniffs, sigma_ppm=1e-3 * problem.sniffs.sigma_ppm))
+    calm = replace(made.model.fluctuation, gamma=1e-3)
+    for stray in (0.05, 0.2):
+        strays = replace(sharp, law=replace(made.law, stray=stray))
+        fit = solve(strays, theta, calm)
+        nearest = float(np.min(strays.predict(fit.mean).along.field.r_m))
+        least = stray * nearest / fit.mean[made.layout.exponent]
+        assert np.sqrt(np.trace(fit.cov[:3, :3])) > least
