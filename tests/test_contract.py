@@ -135,7 +135,7 @@ def without(document, *keys):
 
 def test_it_ends_well_and_quietly(made):
     assert (made.code, made.stderr) == (0, "")
-    for word in ("cold start", "calibrated", "with the paper's Q, R", "dead reckoning", "Cramer-Rao bound", "verdict"):
+    for word in ("cold start", "calibrated", "with the paper's Q, R", "dead reckoning", "error / bound", "Cramer-Rao", "verdict"):
         assert word in made.stdout
     assert str(made.path) in made.stdout.splitlines()[-1]
     assert "\x1b" not in made.stdout

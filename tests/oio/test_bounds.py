@@ -90,10 +90,16 @@ def test_a_prior_of_the_source_lowers_the_bound_in_every_direction(lab):
 
 
 def test_the_posterior_bound_is_the_fits_own_covariance_at_its_answer(lab):
+    """Of a plume that is the law's; what one that strays adds is not of the readings, and the same in every direction."""
     made = lab(3, 1, seed=7)
-    sniffs, theta, problem, _ = problem_and_information(made)
-    fit = solve(problem, theta, made.model.fluctuation)
-    np.testing.assert_allclose(van_trees(sniffs, made.known, fit.mean).cov, fit.cov[:3, :3], rtol=1e-5)
+    for stray in (0.0, 0.2):
+        made.law = replace(made.law, stray=stray)
+        made.model = replace(made.model, law=made.law)
+        sniffs, theta, problem, _ = problem_and_information(made)
+        fit = solve(problem, theta, made.model.fluctuation)
+        more = fit.cov[:3, :3] - van_trees(sniffs, made.known, fit.mean).cov
+        np.testing.assert_allclose(more, more[0, 0] * np.eye(3), atol=1e-5 * np.max(fit.cov[:3, :3]))
+        assert more[0, 0] > 1e-5 if stray else more[0, 0] == pytest.approx(0.0, abs=1e-5 * fit.cov[0, 0])
 
 
 def test_an_arc_has_no_bound_without_a_prior_and_one_with_it(lab):

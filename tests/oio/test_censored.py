@@ -92,6 +92,7 @@ def test_a_fit_with_censored_readings_is_not_biased_and_with_the_limit_as_a_valu
 
 def test_censored_readings_tell_less_than_values_and_more_than_nothing(lab):
     made = lab(3, 1, seed=820)
+    made.law = replace(made.law, stray=0.0)  # straying hangs on where the readings that tell were taken, not on how much they tell
     theta = made.theta()
     problem = made.problem(theta, poses=8, noise=CALM)
     low = problem.sniffs.ppm <= np.median(problem.sniffs.ppm)
