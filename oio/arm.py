@@ -129,11 +129,13 @@ class Arm:
 
     def inside(self, q_rad: Array) -> bool:
         """Whether the joints are within limits and the nose within its box."""
-        low, high = self.low_rad, self.high_rad
-        if np.any(q_rad < low) or np.any(q_rad > high):
-            return False
-        p = self.nose(q_rad)
-        return bool(np.all(p >= self.box_low_m) and np.all(p <= self.box_high_m))
+        return bool(self._in_box(self._rows(q_rad))[0])
+
+    def _in_box(self, q: Array) -> NDArray[np.bool_]:
+        """The same of joints q (k, n): (k,)."""
+        p = self.nose(q)
+        boxed = np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=1)
+        return np.asarray(boxed & np.all((q >= self.low_rad) & (q <= self.high_rad), axis=1))
 
     def checked(self, q_rad: Array) -> Array:
         """The command itself, if it may be sent: right length, finite, within limits and box; else BadInput says what is wrong."""
@@ -166,10 +168,7 @@ class Arm:
         (k,) within limits and box."""
         goals = np.ascontiguousarray(p_m, dtype=np.float64)
         q, there = reached(goals, self._rows(q_from), self.low_rad, self.high_rad, tolerance_m, *self.links)
-        p = self.nose(q)
-        boxed = np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=1)
-        limited = np.all((q >= self.low_rad) & (q <= self.high_rad), axis=1)
-        return q, there & boxed & limited
+        return q, there & self._in_box(q)
 
     def free(self, q_from: Array, q_to: Array) -> NDArray[np.bool_]:
         """Whether the nose stays in its box (...) all the way to q_to (..., n) (a straight line in joint space)."""
@@ -182,10 +181,17 @@ class Arm:
 
     def random_pose(self, rng: np.random.Generator) -> Array:
         """A uniformly drawn pose (n,) inside limits and box; raises BadInput if the box leaves no room."""
-        for _ in range(10_000):
-            q = rng.uniform(self.low_rad, self.high_rad)
-            if self.inside(q):
-                return q
+        return self.random_poses(rng, 1)[0]
+
+    def random_poses(self, rng: np.random.Generator, count: int) -> Array:
+        """So many (count, n). As many are drawn at once as are wanted still, never one too many: they are those drawn one by one."""
+        found, in_vain = np.empty((0, self.dof)), 0
+        while in_vain < 10_000:
+            q = rng.uniform(self.low_rad, self.high_rad, (count - len(found), self.dof))
+            fit = q[self._in_box(q)]
+            found, in_vain = np.concatenate([found, fit]), 0 if len(fit) else in_vain + len(q)
+            if len(found) == count:
+                return found
         raise BadInput(f"no pose of arm '{self.name}' with dof={self.dof} keeps the nose inside arm.box_low_m to arm.box_high_m; widen it.")
 
 

@@ -45,7 +45,7 @@ class DOptimal:
         clear = poses[keeps_off(view, poses)]
         if len(clear) and sd_m(view) <= self.far_sd_m:
             return clear
-        far = np.array([view.arm.random_pose(rng) for _ in range(self.anywhere)])
+        far = view.arm.random_poses(rng, self.anywhere)
         clear = np.concatenate([clear, far[keeps_off(view, far)]])
         return clear if len(clear) else far[:1]
 

@@ -29,7 +29,7 @@ def scout(view: View, rng: np.random.Generator) -> Array:
     wind = np.zeros(3) if view.law is None else view.law[5:8]
     speed = float(np.linalg.norm(wind))
     chances = _chances(view, wind) if speed > WINDY_PER_M else None
-    poses = np.array([view.arm.random_pose(rng) for _ in range(TRIES)])
+    poses = view.arm.random_poses(rng, TRIES)
     if chances is not None:
         poses = np.concatenate([poses, _downwind(view, chances, wind / speed, rng)])
     free = view.arm.free(here, poses)

@@ -115,6 +115,13 @@ def test_home_and_random_poses_are_inside(built, dof):
         assert np.all(p >= arm.box_low_m) and np.all(p <= arm.box_high_m)
 
 
+@pytest.mark.parametrize("dof", DOFS)
+def test_poses_drawn_at_once_are_those_drawn_one_by_one(built, dof):
+    arm, at_once, singly = built("arm", f"dof={dof}"), np.random.default_rng(5), np.random.default_rng(5)
+    np.testing.assert_array_equal(arm.random_poses(at_once, 30), [arm.random_pose(singly) for _ in range(30)])
+    assert at_once.random() == singly.random()
+
+
 def test_a_box_without_room_is_refused(built):
     arm = replace(built("arm"), box_low_m=(2.0, 2.0, 2.0), box_high_m=(3.0, 3.0, 3.0))
     with pytest.raises(BadInput, match=r"keeps the nose inside arm.box_low_m to arm.box_high_m; widen it"):
