@@ -8,7 +8,8 @@ import pytest
 from oio.records import nanoseconds
 from oio.search.bandit import Bandit, Values
 from oio.search.d_optimal import believed_places, information
-from oio.search.view import Move, View, spread_out
+from oio.search.scout import scout
+from oio.search.view import Move, View
 from oio.testing import check_strategy
 
 BANDIT = Bandit(step_rad=0.12, discount=0.9, curiosity=0.3)
@@ -146,12 +147,8 @@ def test_information_is_never_negative_and_grows_with_the_dwell(informed):
     assert np.all(short >= 0) and np.all(long >= short - 1e-12) and np.mean(long) > np.mean(short)
 
 
-def test_exploring_spreads_out(lab):
-    made = lab(3)
-    view, rng, noses = empty(made), np.random.default_rng(0), [made.arm.nose(made.arm.home)]
-    for _ in range(5):
-        goal = spread_out(view, rng)
-        noses.append(made.arm.nose(goal))
-        view = replace(view, moves=(*view.moves, Move(goal, 0.0, 1.0)))
-    apart = [np.linalg.norm(a - b) for i, a in enumerate(noses) for b in noses[:i]]
-    assert min(apart) > 0.05
+def test_without_a_belief_d_optimal_scouts(built, informed):
+    strategy, lost = built("search", "search=d_optimal"), replace(informed, belief=None, hypotheses=())
+    for seed in range(3):
+        goals = (strategy.propose(lost, np.random.default_rng(seed)), scout(lost, np.random.default_rng(seed)))
+        np.testing.assert_array_equal(*goals)

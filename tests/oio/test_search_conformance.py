@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from oio.ranging import LAW
 from oio.records import Belief
 from oio.search.view import Move, View
 from oio.testing import check_strategy
@@ -22,14 +23,22 @@ def begun(built, lab, name, dof):
 
 
 def walked(view, moves=7):
-    """The same view after moves that smelt something, nothing, and were too short to tell."""
+    """The same view after moves that smelt something on the way, nothing, and were too short to tell."""
     rng, q, made = np.random.default_rng(1), view.arm.home, []
     while len(made) < moves:
         goal = view.arm.random_pose(rng)
         if view.arm.free(q, goal):
-            made.append(Move(goal, float(rng.choice([0.0, 0.1, 0.5])), float(rng.choice([0.0, -0.02, 0.5, 20.0]))))
+            bouts, ppm = float(rng.choice([0.0, 0.1, 0.5])), float(rng.choice([0.0, -0.02, 0.5, 20.0]))
+            made.append(Move(goal, bouts, ppm, 0.5 * (q + goal) if bouts > 0.0 else None, ppm <= 0.0))
             q = goal
     return replace(view, moves=tuple(made))
+
+
+def windy(view):
+    """The same view once calibration has found wind."""
+    law = np.zeros(LAW)
+    law[4], law[5:8] = view.model.law.exponent, [25.0, -30.0, 5.0]
+    return replace(view, law=law)
 
 
 def believing(view, away_m=0.06):
@@ -45,7 +54,7 @@ def believing(view, away_m=0.06):
 @pytest.mark.parametrize(("name", "dof"), ARMS)
 def test_promises_are_kept_at_the_start_later_and_with_a_belief(built, lab, search, name, dof):
     strategy, view = built("search", f"search={search}"), begun(built, lab, name, dof)
-    for seen in (view, walked(view), believing(walked(view))):
+    for seen in (view, walked(view), windy(view), windy(walked(view)), believing(windy(walked(view)))):
         check_strategy(strategy, seen)
 
 
