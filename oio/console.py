@@ -81,12 +81,9 @@ def _coverage(document: Mapping[str, Any]) -> str:
 
 
 def _bounds(document: Mapping[str, Any]) -> str:
-    """The error over what no estimator can beat: at this truth, and on average over truths from the prior."""
-    names = {"": "Cramer-Rao, at the truth", "posterior_": "van Trees, mean over the prior"}
-    parts = [
-        f"{number(document[f'{key}bound_ratio'], 1.0, 2)} ({name}: {number(document[f'{key}bound_m'])} mm)" for key, name in names.items()
-    ]
-    return f"error / bound {', '.join(parts)}"
+    """The error over what no estimator can beat along this path, at this truth; on average over truths from the prior, beside it."""
+    ratio, bound, posterior = number(document["bound_ratio"], 1.0, 2), number(document["bound_m"]), number(document["posterior_bound_m"])
+    return f"error / bound {ratio} (Cramer-Rao {bound} mm; van Trees, the mean over sources anywhere but on this path, {posterior} mm)"
 
 
 def _outcome_table(document: Mapping[str, Any], title: str) -> Table:

@@ -24,6 +24,7 @@ class Variant:
     nis: list[float] = field(default_factory=list)
     nose_errors_m: list[float] = field(default_factory=list)
     declared_ns: int | None = None
+    filtered: tuple[Array, Array] | None = None  # the source by the filter alone, before the last map
 
 
 class Rerun:
@@ -63,6 +64,7 @@ class Rerun:
         done = sum(end <= t_ns for end in self._search.move_ends_ns)
         for variant in self.variants.values():
             if t_ns in (self._search.maps_ns[-1:] if variant.last_map else self._search.maps_ns):
+                variant.filtered = variant.odometry.source()
                 made = self._search.maps[self._search.maps_ns.index(t_ns)]
                 variant.odometry.locate(done, made if variant.searched else ())
             if variant.declared_ns is None and self._stop.holds(variant.odometry, self._search.made[:done]):
@@ -97,6 +99,8 @@ class Rerun:
         variant, search, source = self.variants[name], self._search, self.source
         believed = variant.odometry.source()
         score = score_source(*believed, source, variant.odometry.known.model.arm) if believed and source is not None else _NO_SCORE
+        alone = variant.filtered
+        before = score_source(*alone, source, variant.odometry.known.model.arm) if alone and source is not None else _NO_SCORE
         ended = search.ended_ns if variant.declared_ns is None else variant.declared_ns
         final = None if self.truth is None or source is None else float(np.linalg.norm(self.truth.nose_m - source))
         return Outcome(
@@ -112,6 +116,8 @@ class Rerun:
             final_nose_to_source_m=final,
             believed_m=None if believed is None else tuple(float(v) for v in believed[0]),
             sd_m=None if believed is None else float(np.sqrt(np.trace(believed[1]))),
+            filtered_error_m=before.source_error_m,
+            filtered_nees=None if before is _NO_SCORE else before.nees,
         )
 
 

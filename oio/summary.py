@@ -26,6 +26,8 @@ class Outcome:
     final_nose_to_source_m: float | None
     believed_m: tuple[float, ...] | None
     sd_m: float | None
+    filtered_error_m: float | None = None  # the same two of the filter alone, just before the last map was made
+    filtered_nees: float | None = None
 
     def in_words(self) -> str:
         """The figure that matters, in a few words."""

@@ -27,10 +27,13 @@ class Row:
     anees: float  # mean NEES / 3; 1 is honest, more is too sure
     anees_low: float  # where it lies if the covariances are right
     anees_high: float
-    over_bound: float  # root mean square of the errors over that of the Cramer-Rao bounds
+    over_bound: float  # root mean square of the errors over their Cramer-Rao bounds
+    filter_mm: float  # median error of the filter alone, before the last map
+    filter_anees: float
     moves: float
     declared: float  # share
-    declare_s: float  # median of those that were declared
+    declare_s: float  # median, and of moves; a search that declares nothing takes for ever
+    declare_moves: float
     false: float  # share of the declared ones that lie far from the source
     false_low: float
     false_high: float
@@ -64,8 +67,9 @@ def _row(trials: list[Trial], paper: Published) -> Row:
         median_mm=median, p90_mm=_quantile(scores, "error_mm", 0.9), p95_mm=_quantile(scores, "error_mm", 0.95),
         covered=_share(covered, n), covered_low=covered_low, covered_high=covered_high,
         anees=float(np.mean([s.nees for s in scores])) / 3.0 if n else NAN, anees_low=anees_low, anees_high=anees_high,
-        over_bound=_over_bound(scores), moves=_quantile(scores, "moves", 0.5),
-        declared=_share(len(declared), n), declare_s=_quantile(declared, "time_s", 0.5),
+        over_bound=_over_bound(scores), filter_mm=_quantile(scores, "filter_mm", 0.5), filter_anees=_mean(scores, "filter_nees") / 3.0,
+        moves=_quantile(scores, "moves", 0.5), declared=_share(len(declared), n),
+        declare_s=_until_declared(scores, "time_s"), declare_moves=_until_declared(scores, "moves"),
         false=_share(false, len(declared)), false_low=false_low, false_high=false_high,
         cold_mm=cold, gain=cold / median, wins=sum(s.error_mm < s.cold_error_mm for s in scores),
         nose_mm=_quantile(scores, "nose_mm", 0.5), dead_reckoning_mm=_quantile(scores, "dead_reckoning_mm", 0.5),
@@ -78,6 +82,16 @@ def _quantile(scores: Iterable[Score], name: str, share: float) -> float:
     values = [getattr(score, name) for score in scores]
     known = [value for value in values if np.isfinite(value)]
     return float(np.quantile(known, share)) if known else NAN
+
+
+def _mean(scores: Iterable[Score], name: str) -> float:
+    known = [value for value in (getattr(score, name) for score in scores) if np.isfinite(value)]
+    return float(np.mean(known)) if known else NAN
+
+
+def _until_declared(scores: Sequence[Score], name: str) -> float:
+    values = sorted(getattr(score, name) if score.declared else np.inf for score in scores)
+    return float(values[(len(values) - 1) // 2]) if values else NAN
 
 
 def _share(some: int, of: int) -> float:

@@ -41,6 +41,8 @@ class Score:
     error_ppm: float
     u_a_ppm: float
     u_b_mm: float
+    filter_mm: float  # source error of the filter alone, before the last map: what tells filters apart
+    filter_nees: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +73,8 @@ def _score(document: Mapping[str, Any], false_mm: float) -> Score:
         nis=math.nan if o["nis_mean"] is None else o["nis_mean"], nose_mm=_mm(o["nose_error_m"]),
         dead_reckoning_mm=_mm(document["dead_reckoning"]["nose_error_m"]), cold_error_mm=1e3 * document["cold"]["source_error_m"],
         calibration_s=calibration["time_s"], error_ppm=calibration["error_ppm"], u_a_ppm=calibration["u_a_ppm"],
-        u_b_mm=_mm(calibration["u_b_m"]),
+        u_b_mm=_mm(calibration["u_b_m"]), filter_mm=_mm(o["filtered_error_m"]),
+        filter_nees=math.nan if o["filtered_nees"] is None else o["filtered_nees"],
     )  # fmt: skip
 
 

@@ -12,7 +12,8 @@ from oio.bench.row import Row
 from oio.bench.score import Case
 
 HEADS = (
-    "n\n(failed)", "error [mm]\nmedian / 90 / 95 %", "in 95 %\nregion [%]", "ANEES\n(band)", "RMSE /\nbound", "moves",
+    "n\n(failed)", "error [mm]\nmedian / 90 / 95 %", "in 95 %\nregion [%]", "ANEES\n(band)", "RMSE /\nbound",
+    "filter alone\n[mm], ANEES", "moves",
     "declared\n[%], after", "false\n[%]", "cold [mm]\n(ratio)", "calibrated\nwins", "nose [mm] /\ndead reck.", "cal. [s]\n(paper)",
     "error [ppm]\n(paper)",
 )  # fmt: skip
@@ -41,8 +42,10 @@ def _cells(r: Row) -> tuple[str, ...]:
     return (
         f"{r.trials} ({r.failed})", f"{_f(r.median_mm)} / {_f(r.p90_mm)} / {_f(r.p95_mm)}",
         f"{_percent(r.covered)} {_between(r.covered_low, r.covered_high)}",
-        f"{_f(r.anees, 2)} ({_f(r.anees_low, 2)}-{_f(r.anees_high, 2)})", _f(r.over_bound, 2), _f(r.moves, 0),
-        f"{_percent(r.declared)}, {_f(r.declare_s, 0)} s", f"{_percent(r.false)} {_between(r.false_low, r.false_high)}",
+        f"{_f(r.anees, 2)} ({_f(r.anees_low, 2)}-{_f(r.anees_high, 2)})", _f(r.over_bound, 2),
+        f"{_f(r.filter_mm)}, {_f(r.filter_anees, 1)}", _f(r.moves, 0),
+        f"{_percent(r.declared)}, {_f(r.declare_s, 0)} s / {_f(r.declare_moves, 0)}",
+        f"{_percent(r.false)} {_between(r.false_low, r.false_high)}",
         f"{_f(r.cold_mm)} ({_f(r.gain)})", f"{r.wins} of {r.trials - r.failed}", f"{_f(r.nose_mm)} / {_f(r.dead_reckoning_mm)}",
         f"{_f(r.calibration_s, 0)} ({_f(r.paper_calibration_s, 0)})", f"{_f(r.error_ppm)} ({_f(r.paper_error_ppm, 0)})",
     )  # fmt: skip

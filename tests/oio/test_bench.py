@@ -242,6 +242,7 @@ def score(error, cold, declared=True, inside=True, bound=10.0):
     return Score(
         error_mm=error, nees=3.0, inside_95=inside, bound_mm=bound, declared=declared, false=declared and error > 54, moves=9, time_s=error,
         nis=1.0, nose_mm=4.0, dead_reckoning_mm=8.0, cold_error_mm=cold, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0,
+        filter_mm=2 * error, filter_nees=6.0,
     )  # fmt: skip
 
 
@@ -250,9 +251,19 @@ def test_a_row_sums_up_its_trials():
     trials = [Trial(CASE, i, s, "" if s else "rain") for i, s in enumerate(scores)]
     row = rows(trials, {"ndir": Published(51, 30)})[CASE]
     assert (row.trials, row.failed, row.median_mm, row.cold_mm, row.gain, row.wins) == (4, 1, 20, 40, 2, 2)
-    assert (row.covered, row.anees, row.false, row.declared, row.declare_s) == (pytest.approx(2 / 3), 1.0, 0.5, pytest.approx(2 / 3), 35.0)
-    assert row.over_bound == pytest.approx(math.sqrt(4100 / 300))
+    assert (row.covered, row.anees, row.false, row.declared, row.declare_s) == (pytest.approx(2 / 3), 1.0, 0.5, pytest.approx(2 / 3), 60.0)
+    assert row.over_bound == pytest.approx(math.sqrt(4100 / 300)) and (row.filter_mm, row.filter_anees) == (40.0, 2.0)
     assert (row.paper_calibration_s, row.paper_error_ppm) == (51, 30)
+
+
+def test_a_case_that_is_seldom_declared_takes_for_ever():
+    scores = [score(10, 40), score(20, 10, declared=False), score(30, 40, declared=False)]
+    row = rows([Trial(CASE, i, s, "") for i, s in enumerate(scores)], {})[CASE]
+    assert math.isinf(row.declare_s) and math.isinf(row.declare_moves)
+
+
+def test_every_error_counts_over_its_own_bound():
+    assert rms_ratio([10.0, 10.0], [10.0, 1e6]) == pytest.approx(math.sqrt(0.5))
 
 
 def test_a_case_of_failures_alone_has_a_row_without_figures():
