@@ -174,7 +174,7 @@ def test_results_are_never_written_over(few, capsys):
         (["accuracy", "seeds"], "'seeds' was given, but a benchmark takes KEY=VALUE words"),
         (["accuracy", "--jobs=2"], "'--jobs=2' was given, but a benchmark takes KEY=VALUE words"),
         (["accuracy", "seed=3"], "Type e.g. seeds=3"),
-        (["accuracy", "seeds=5:5"], "seeds=5:5 was given, but that is an empty range. Type e.g. seeds=0:20."),
+        (["accuracy", "seeds=5:5"], "seeds=5:5 was given, but that is an empty range. Type e.g. seeds=5000:5020."),
         (["accuracy", "seeds=1,1"], "seeds is a list of different entries"),
         (["accuracy", "seeds=-1"], "'-1' is not a whole number, 0 or more"),
         (["accuracy", "jobs=0"], "'0' is not a whole number, 1 or more"),
@@ -202,10 +202,17 @@ def test_help_shows_every_key(capsys):
     assert all(f"  {key}:" in told for name in command.COMMANDS for key in defaults(name))
 
 
+def test_seeds_that_nobody_chose_are_held_out():
+    """Neither those that tuning looked at nor those that were reported before (see conf/bench.yaml)."""
+    looked_at = {*range(10), *range(100, 108), *range(200, 208), *range(300, 336), *range(400, 434), *range(1000, 1010)}
+    assert not looked_at & {*read("accuracy", []).wholes("seeds"), *read("drift", []).wholes("seeds")}
+    assert set(read("accuracy", []).wholes("seeds")) <= set(range(5000, 5200))
+
+
 def test_what_is_no_key_of_its_own_is_an_override():
     words = read("accuracy", ["seeds=3,7", "stop.sd_m=0.01", "jobs=1"])
     assert (words.wholes("seeds"), words.overrides, words.whole("jobs")) == ((3, 7), ("stop.sd_m=0.01",), 1)
-    assert read("accuracy", []).wholes("seeds") == tuple(range(20))
+    assert read("accuracy", []).wholes("seeds") == tuple(range(5000, 5020))
 
 
 # ---- statistics
