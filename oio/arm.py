@@ -181,7 +181,7 @@ class Arm:
 
     def random_pose(self, rng: np.random.Generator) -> Array:
         """A uniformly drawn pose (n,) inside limits and box; raises BadInput if the box leaves no room."""
-        return self.random_poses(rng, 1)[0]
+        return np.asarray(self.random_poses(rng, 1)[0])
 
     def random_poses(self, rng: np.random.Generator, count: int) -> Array:
         """So many (count, n). As many are drawn at once as are wanted still, never one too many: they are those drawn one by one."""

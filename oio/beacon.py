@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from oio.arm import Arm
 from oio.batch import Fit, solve
 from oio.evidence import HELD, air_of, best, restricted
-from oio.fluctuation import Along, Fluctuation, fitted, whiten
+from oio.fluctuation import Along, Fluctuation
 from oio.knowledge import Nominal, prior
+from oio.likelihoods import fitted, minus_2_log_likelihoods
 from oio.problem import Layout, Problem
 from oio.ranging import RangeLaw
 from oio.records import Array
@@ -77,14 +78,12 @@ def _strayed(problem: Problem, noise: Fluctuation, residual: Array, along: Along
     Calmer than is usual counts as such only on very strong evidence: a beacon's few minutes of moving gas do not tell little straying from
     none, and the next source is smelt elsewhere in the plume. Where the law holds the readings do say so, by tens.
     """
-
-    def cost(law: RangeLaw) -> float:
-        slope_m = along.field.slope_m / problem.law.nose_u_m * law.nose_u_m
-        there = replace(along, field=replace(along.field, slope_m=slope_m, stray=law.stray))
-        return whiten(residual[:, None], there, noise).minus_2_log_likelihood + law.doubt
-
-    plays, strays = problem.law.nose_choices_m, problem.law.stray_choices
-    return min((replace(problem.law, nose_u_m=play, stray=stray) for play in plays for stray in strays), key=cost)
+    law = problem.law
+    choices = [(play, stray) for play in law.nose_choices_m for stray in law.stray_choices]
+    shapes = [(along.field.slope_m / law.nose_u_m * play, stray, noise.gamma) for play, stray in choices]
+    costs = minus_2_log_likelihoods(residual, along, noise.scale, shapes, np.array([noise.t_s]))[:, 0]
+    play, stray = choices[int(np.argmin(costs + [law.doubt(play, stray) for play, stray in choices]))]
+    return replace(law, nose_u_m=play, stray=stray)
 
 
 def _winds(problem: Problem) -> list[Array]:

@@ -95,17 +95,7 @@ class Whitening:
     def of(self, rows: Array, variance_ppm2: Array) -> White:
         """Rows (m, p) in ppm, of readings of nominal variance (m,) ppm^2."""
         white, along, noise = self._noise.scale * variance_ppm2, self._along, self._noise
-        return White(*_filtered(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
-
-
-GAMMAS = np.geomspace(0.005, 1.5, 18)
-TIMES_S = np.geomspace(0.1, 10.0, 10)
-
-
-def fitted(residual: Array, along: Along, scale: float) -> Fluctuation:
-    """gamma and T of greatest likelihood of the residuals (m,) of a fit, on a grid; `scale` is that of the baseline."""
-    choices = [Fluctuation(scale, float(g), float(t)) for g in GAMMAS for t in TIMES_S]
-    return min(choices, key=lambda noise: whiten(residual[:, None], along, noise).minus_2_log_likelihood)
+        return White(*filtered(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
 
 
 @numba.njit(cache=True)
@@ -117,13 +107,13 @@ def coupled(dt: Array, tau: Array, t: Array, swing: Array, variance: float) -> A
     """
     out = np.empty((len(dt), 6))
     for i in range(len(dt)):
-        _couple(dt[i], tau[i], t[i], swing[i], variance, out[i])
+        couple(np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t[i]), dt[i], tau[i], t[i], swing[i], variance, out[i])
     return out
 
 
 @numba.njit(cache=True)
-def _couple(dt: float, tau: float, t: float, swing: float, variance: float, out: Array) -> None:
-    phi, keep = np.exp(-dt / tau), np.exp(-dt / t)
+def couple(phi: float, keep: float, dt: float, tau: float, t: float, swing: float, variance: float, out: Array) -> None:
+    """One step (6,) of `coupled`, its decays exp(-dt / tau) and exp(-dt / t) given."""
     slower = t - tau
     to = swing * (phi * dt / tau if abs(slower) < 1e-6 * tau else (keep - phi) * t / slower)
     p11 = variance
@@ -143,14 +133,21 @@ def _steps(
     slope, stray, r_ref, gamma, t_s = numbers
     out = np.empty((len(dt), 6))
     for i in range(len(dt)):
-        near, far = slope / r[i], stray * np.log(r[i] / r_ref)
-        swing = mean[i] * np.sqrt(rarity[i] + (near * near + far * far) / (gamma * gamma))
-        _couple(dt[i], tau[i], r[i] / (r_ref / t_s + speed[i]), swing, gamma * gamma, out[i])
+        high, t = swing_of(mean[i], rarity[i], r[i], slope, stray, r_ref, gamma), r[i] / (r_ref / t_s + speed[i])
+        couple(np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t), dt[i], tau[i], t, high, gamma * gamma, out[i])
     return out
 
 
 @numba.njit(cache=True)
-def _filtered(rows: Array, at: NDArray[np.int64], steps: Array, variance: float, gain: Array, white: Array) -> tuple[Array, Array]:
+def swing_of(mean: float, rarity: float, r: float, slope: float, stray: float, r_ref: float, gamma: float) -> float:
+    """c h [ppm], see `Fluctuation.height`."""
+    near, far = slope / r, stray * np.log(r / r_ref)
+    return float(mean * np.sqrt(rarity + (near * near + far * far) / (gamma * gamma)))
+
+
+@numba.njit(cache=True)
+def filtered(rows: Array, at: NDArray[np.int64], steps: Array, variance: float, gain: Array, white: Array) -> tuple[Array, Array]:
+    """Rows (m, p) made independent, and the variances expected (m,); `variance` is the fluctuation's, `white` (m,) the readings'."""
     m, p = rows.shape
     out, expected = np.empty((m, p)), np.empty(m)
     lagged, relative = np.zeros(p), np.zeros(p)  # state estimates, one per column

@@ -63,10 +63,9 @@ class RangeLaw:
                 given = f"range.{key} is {list(choices)}"
                 raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range.{key}=[0.1].")
 
-    @property
-    def doubt(self) -> float:
-        """What this law's calm costs it, in -2 ln L, against laws that are not calmer than is usual."""
-        return self.calm_evidence * ((self.nose_u_m < self.usual_nose_u_m) + (self.stray < self.usual_stray))
+    def doubt(self, nose_u_m: float, stray: float) -> float:
+        """What so calm a choice costs, in -2 ln L, against those that are not calmer than is usual."""
+        return self.calm_evidence * ((nose_u_m < self.usual_nose_u_m) + (stray < self.usual_stray))
 
     def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> Field:
         """What fluctuations need to know of the mean field."""

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from oio.fluctuation import Along, Field, Fluctuation, coupled, fitted, whiten
+from oio.fluctuation import Along, Field, Fluctuation, coupled, whiten
+from oio.likelihoods import GAMMAS, TIMES_S, fitted, minus_2_log_likelihoods
 
 
 def along_of(steps, *, every=2, tau=0.8, mean=10.0, rarity=1.0, r=0.1, speed=0.0, sigma=0.3, gain=1.0, slope=0.0, stray=0.0):
@@ -78,6 +79,14 @@ def test_maximum_likelihood_finds_gamma_and_time(draw, truth):
     found = fitted(draw(along, truth, np.random.default_rng(4))[0], along, 1.0)
     assert found.gamma == pytest.approx(truth.gamma, rel=0.4)
     assert 0.5 < found.t_s / truth.t_s < 2.0
+
+
+def test_many_tried_at_once_are_as_likely_as_one_by_one(draw):
+    along = along_of(200, slope=0.002, stray=0.05, rarity=2.0, r=0.13, speed=0.02)
+    z = draw(along, Fluctuation(1.3, 0.3, 1.0), np.random.default_rng(8))[0]
+    shapes = [(along.field.slope_m, along.field.stray, float(gamma)) for gamma in GAMMAS]
+    singly = [[whiten(z[:, None], along, Fluctuation(1.3, float(g), float(t))).minus_2_log_likelihood for t in TIMES_S] for g in GAMMAS]
+    np.testing.assert_array_equal(minus_2_log_likelihoods(z, along, 1.3, shapes, TIMES_S), singly)
 
 
 def test_height_and_rate_by_hand():
