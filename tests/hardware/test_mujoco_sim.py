@@ -1,6 +1,7 @@
 """The simulated bench: it keeps a backend's promises, and its encoders, free play and seeds do what the configuration says."""
 
 import hashlib
+import itertools
 import math
 from dataclasses import replace
 
@@ -286,3 +287,64 @@ def test_a_late_reading_is_what_was_sensed_before(sim):
         assert b.t_ns - a.t_ns == 160_000_000 and (a.element, a.raw) == (b.element, b.raw)
     assert 0 < len(of(late, GasSample)) < len(of(prompt, GasSample))
     assert digest(of(prompt, JointState)) == digest(of(late, JointState))
+
+
+class Rising:
+    """Gas that grows evenly everywhere: what a nose at constant speed feels in an even gradient."""
+
+    name, per_s = "rising", 1000.0  # ppm/s
+
+    def open(self, truth, disturbance):
+        return Rising()
+
+    def present(self, source_m, emission_ml_s):
+        self._t_s = 0.0
+
+    def step(self, dt_s):
+        self._t_s += dt_s
+
+    def ppm(self, p_m):
+        return self.per_s * self._t_s
+
+
+def smelling(bench, **changes):
+    """The same bench with a sensor that adds nothing of its own, and every tick in its truth."""
+    nothing = ("gain", "bias", "tau", "drift_per_sqrt_h", "warm_up", "noise", "per_degc", "per_pct_rh")
+    spread = replace(bench.sensor.spread, **dict.fromkeys(nothing, 0.0))
+    return replace(bench, sensor=replace(bench.sensor, spread=spread), truth_every=1, **changes)
+
+
+def smelt(bench, samples):
+    """Times (k,) s and readings (k,) ppm."""
+    readings = [bench.sensor.reading(s) for s in of(samples, GasSample)]
+    return np.array([seconds(r.t_ns) for r in readings]), np.array([r.ppm for r in readings])
+
+
+@pytest.mark.parametrize("tick_s", [0.004, 0.02, 0.1])
+def test_the_gas_is_not_ahead_of_the_nose(sim, tick_s):
+    """A first-order lag follows a ramp at tau x slope behind it, exactly, however coarse the ticks; half a tick of lead is 2 to 50 ppm."""
+    bench = smelling(sim(3), air=Rising(), joint_period_s=tick_s, air_every=1)
+    t_s, ppm = smelt(bench, ran(bench, 4.0, source="beacon"))
+    tau_s, late = bench.sensor.dynamics.tau_rise_s, t_s > 3.0
+    behind = bench.background_ppm + Rising.per_s * (t_s - tau_s) - ppm
+    assert np.sum(late) > 5
+    np.testing.assert_allclose(behind[late], 0.0, atol=Rising.per_s * tick_s**2 / tau_s / 6.0 + bench.sensor.step_ppm)
+
+
+def test_on_a_move_through_a_plume_the_sensor_lags_behind_what_the_nose_felt(sim):
+    """The lag of gas that goes evenly from tick to tick (first-order hold), within a tenth of what the gas of either end would miss by."""
+    bench = smelling(sim(3))
+    samples = ran(bench, 0.5, [bench.arm.home + 0.3, bench.arm.home], "beacon", 1.0)
+    t_s, ppm = smelt(bench, samples)
+    felt, d, dt_s = [bench.background_ppm, *(truth.ppm for truth in of(samples, Truth))], bench.sensor.dynamics, bench.joint_period_s
+    even, ended = [0.5 * (felt[0] + felt[1])] * 2  # the first tick is where it begins
+    follows = [(even, ended)]
+    for before, now in itertools.pairwise(felt[1:]):
+        tau_s = d.tau_rise_s if 0.5 * (before + now) > even else d.tau_fall_s
+        keep = math.exp(-dt_s / tau_s)
+        even = keep * even + now - keep * before - (1.0 - keep) * tau_s / dt_s * (now - before)
+        ended = keep * ended + (1.0 - keep) * now
+        follows.append((even, ended))
+    at = np.rint(t_s / dt_s).astype(int) - 1
+    off, off_ended = np.max(np.abs(np.array(follows)[at] - ppm[:, None]), axis=0)
+    assert off < 0.1 * off_ended and off < 2.0 * bench.sensor.step_ppm

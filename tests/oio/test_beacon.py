@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.beacon import _strayed, fit_beacon
+from oio.beacon import _strayed, beacon_problem, fit_beacon
 from oio.fluctuation import Fluctuation
 
 CALM = Fluctuation(1.0, 0.02, 0.3)
@@ -79,3 +79,53 @@ def test_one_choice_is_no_choice(lab):
     fixed = replace(problem, law=replace(problem.law, nose_choices_m=(0.002,), stray_choices=(0.1,)))
     law = fit_beacon(fixed, 1.0).law
     assert (law.nose_u_m, law.stray) == (0.002, 0.1)
+
+
+def twins(lab, built, wind_per_m, factor, seed):
+    """The problem of two elements whose gains differ by a factor, in gas that moves, and which parameter the second one's gain is."""
+    made = lab(5, 2, seed=seed)
+    made.law = built("range")
+    theta, lay, angle = made.theta(), made.layout, made.rng.uniform(-np.pi, np.pi)
+    theta[4], theta[8] = 1.0, 0.0
+    theta[5:8] = wind_per_m * np.array([np.cos(angle), np.sin(angle), 0.0])
+    theta[lay.gain] = 0.0, np.log(factor)
+    sniffs = made.problem(theta, poses=12, noise=Fluctuation(1.0, 0.5, 0.5)).sniffs
+    nominal = replace(made.nominal, gain_u=1.5)
+    offsets = np.full(2, 0.2), np.full(2, 0.02)
+    return beacon_problem(sniffs, made.arm, made.law, nominal, offsets, (theta[:3], 1e-3)), lay.gain.stop - 1
+
+
+@pytest.mark.parametrize("factor", [20.0, 0.05, 1.0])
+@pytest.mark.parametrize("wind_per_m", [0.0, 20.0])
+def test_twins_whose_gains_differ_are_calibrated_right(lab, built, wind_per_m, factor):
+    for seed in range(950, 954):
+        problem, second = twins(lab, built, wind_per_m, factor, seed)
+        fit = fit_beacon(problem, 1.0)
+        assert fit.mean[second] == pytest.approx(np.log(factor), abs=4.0 * np.sqrt(fit.cov[second, second]) + 0.01)
+
+
+@pytest.mark.parametrize(("wind_per_m", "factor"), [(0.0, 0.05), (20.0, 20.0)])
+def test_a_fit_begun_at_unit_gains_may_end_at_wrong_ones(lab, built, wind_per_m, factor):
+    """Noise that grows with the signal forgives an expectation that is much too large."""
+    problem, second = twins(lab, built, wind_per_m, factor, 953)
+    unit = np.array(problem.mean)
+    unit[problem.layout.gain], unit[3] = 0.0, np.log(np.max(problem.sniffs.ppm))
+    good, bad = fit_beacon(problem, 1.0), fit_beacon(replace(problem, mean=unit), 1.0)
+    assert abs(bad.mean[second] - np.log(factor)) > 0.3 and bad.chi2 > good.chi2 + 1000.0
+
+
+def test_where_gains_begin_is_their_ratio_whatever_the_unit(lab, built):
+    """Of what is felt above clean air; an element that feels nothing begins at its noise and not at minus infinity."""
+    problem, _ = twins(lab, built, 0.0, 20.0, 950)
+    sn, lay, made = problem.sniffs, problem.layout, lab(5, 2, seed=950)
+    assert problem.mean[lay.gain] == pytest.approx([0.0, np.log(20.0)], abs=0.3)
+
+    def begun(scale, ppm):
+        nominal = replace(made.nominal, sigma_ppm=scale * made.nominal.sigma_ppm)
+        offsets = np.full(2, scale * 0.2), np.full(2, scale * 0.02)
+        place = problem.mean[:3], 1e-3
+        return beacon_problem(replace(sn, ppm=scale * ppm), made.arm, made.law, nominal, offsets, place).mean[lay.gain]
+
+    np.testing.assert_allclose(begun(1e3, sn.ppm), begun(1.0, sn.ppm), rtol=1e-9)
+    dead = begun(1.0, np.where(sn.element == 1, 0.2, sn.ppm))
+    assert np.all(np.isfinite(dead)) and dead[0] == 0.0 > dead[1]

@@ -41,6 +41,29 @@ def test_f_is_the_central_difference(lab, dof, elements, lagged_ppm):
     np.testing.assert_allclose(made.model.transition(x, 0.3, sensed)[1], numeric, rtol=1e-5, atol=1e-6)
 
 
+def swept(made, x, dt_s, for_s=0.4):
+    """The lagged concentration after a sweep at constant speed in steps of dt_s, in air that does not fluctuate."""
+    n, home, at = made.arm.dof, made.arm.home, made.model.at
+    speed = np.full(n, 0.3)
+    x = np.array(x)
+    x[at["v"]] = x[at["a"]] = x[at["m"]] = 0.0
+    for i in range(1, round(for_s / dt_s) + 1):
+        sensed = JointState(nanoseconds(i * dt_s), home + i * dt_s * speed, speed, np.zeros(n))
+        x = made.model.transition(x, dt_s, sensed)[0]
+    return float(x[at["f"].start])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_gas_of_a_step_is_not_ahead_of_the_nose(lab, seed):
+    """It is that midway: the error of a sweep goes with the square of the step. The gas of a step's end would err by half a step."""
+    made = lab(3, 1, seed=seed)
+    x = state(made, seed)
+    exact = swept(made, x, 1e-3)
+    errors = np.array([swept(made, x, dt_s) - exact for dt_s in (0.1, 0.05)])
+    assert abs(errors[1]) < 0.3 * abs(errors[0]) + 1e-6
+    assert abs(errors[1]) < 2e-3 * exact
+
+
 def test_h_is_the_central_difference(lab):
     made = lab(3, 2, seed=1)
     model, x = replace(made.model, gain=(1.0, 1.7)), state(made)

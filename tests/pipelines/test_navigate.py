@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hardware.sensors.nose import Nose
 from oio.bench.trial import experiment
@@ -13,9 +15,12 @@ from oio.errors import WorldEnded
 from oio.log import MemoryLog
 from oio.odometry import Odometry
 from oio.pipeline import run_stages
-from oio.records import seconds
+from oio.records import JointState, seconds
+from oio.search.view import Move
 from oio.stop import StopRule
 from oio.summary import Evaluation
+from oio.whiff import Whiff
+from pipelines import navigate
 
 WORDS = (
     "sensor=ndir", "air=steady", "dof=3", "stage.calibrate_bouts.moves_per_rung=1", "stage.map_beliefs.repeats=2",
@@ -24,10 +29,12 @@ WORDS = (
 )  # fmt: skip
 
 
-def searched(out, *words, world_of=lambda world: world):
+def searched(out, *words, world_of=lambda world: world, strategy_of=lambda strategy: strategy):
     built = experiment((*WORDS, *words), 3)
+    search = built.stages["navigate"]
+    stages = {**built.stages, "navigate": replace(search, strategy=strategy_of(search.strategy))}
     with built.backend.open() as world:
-        results = run_stages(built.stages, world_of(world), built.arm, MemoryLog(), out, 3)
+        results = run_stages(stages, world_of(world), built.arm, MemoryLog(), out, 3)
     return results[Navigation], results[Evaluation]
 
 
@@ -135,3 +142,88 @@ def test_missed_readings_leave_no_mark(tmp_path, monkeypatch):
     found, scored = searched(tmp_path, "stage.navigate.max_moves=7", world_of=lambda world: spoilt(world, monkeypatch, 3))
     assert all(math.isfinite(move.ppm) for move in found.made) and any(move.ppm > 0 for move in found.made)
     assert np.all(np.isfinite(found.source_m)) and scored.calibrated.believed_m == found.source_m
+
+
+class Scripted(Whiff):
+    """Says of the moves that it smelt something, or that the sensor was as in clean air."""
+
+    script = ""  # a letter per move: s smelt, . silent, - neither: something is left of an earlier sniff
+
+    def __init__(self, baselines, fall_s):
+        self._moves = -1  # the first move begins after the beginning itself
+        super().__init__(baselines, fall_s)
+
+    def begin(self):
+        super().begin()
+        self._moves += 1
+
+    def feed(self, sensed):
+        super().feed(sensed)
+        if isinstance(sensed, JointState):
+            self._seen = sensed.q
+        letter = self.script[self._moves - 1]
+        self.fresh, self.level, self.q = {"s": (1e3, 1e3, self._seen), ".": (0.0, 0.0, None), "-": (0.0, 1e3, None)}[letter]
+
+
+class Shown:
+    """A strategy, and whether every view it was shown had a belief and hypotheses."""
+
+    def __init__(self, strategy):
+        self._strategy, self.believed = strategy, []
+
+    def propose(self, view, rng):
+        assert (view.belief is None) == (view.hypotheses == ())
+        self.believed.append(view.belief is not None)
+        return self._strategy.propose(view, rng)
+
+
+def told(out, monkeypatch, script, *words):
+    """A search that is told what it smelt and never declares: shown a belief before every move, and after which moves maps were made."""
+    monkeypatch.setattr(navigate, "Whiff", type("Told", (Scripted,), {"script": script}))
+    monkeypatch.setattr(StopRule, "holds", lambda *_: False)
+    shown = []
+
+    def strategy_of(strategy):
+        shown.append(Shown(strategy))
+        return shown[0]
+
+    found, _ = searched(out, "stage.navigate.remap=100", f"stage.navigate.max_moves={len(script)}", *words, strategy_of=strategy_of)
+    return shown[0].believed, [found.move_ends_ns.index(t_ns) + 1 for t_ns in found.maps_ns], found
+
+
+def test_who_has_lost_the_plume_is_shown_no_belief_and_maps_again_when_it_smells(tmp_path, monkeypatch):
+    """First map after four moves; silent are the seventh, eighth and ninth; the tenth smells; the last map is the last word."""
+    believed, maps, found = told(tmp_path, monkeypatch, "ssssss...sss", "stage.navigate.lost=2")
+    assert believed == [False] * 4 + [True] * 4 + [False] * 2 + [True] * 2
+    assert maps == [4, 10, 12]
+    assert [move.silent for move in found.made] == [letter == "." for letter in "ssssss...sss"]
+    assert [move.smelt is not None for move in found.made] == [letter == "s" for letter in "ssssss...sss"]
+
+
+def test_fewer_silent_moves_are_no_loss(tmp_path, monkeypatch):
+    believed, maps, _ = told(tmp_path, monkeypatch, "ssss...s", "stage.navigate.lost=4")
+    assert believed == [False] * 4 + [True] * 4 and maps == [4, 8]
+
+
+def test_a_leftover_is_neither_a_smell_nor_silence(tmp_path, monkeypatch):
+    """It does not end the exploring, and it does not say that the plume is lost."""
+    believed, maps, found = told(tmp_path, monkeypatch, "s----ss-", "stage.navigate.lost=2", "stage.navigate.smelt=3")
+    assert believed == [False] * 7 + [True] and maps == [7, 8]
+    assert not any(move.silent for move in found.made)
+
+
+@given(silent=st.lists(st.booleans(), max_size=12), lost=st.integers(1, 5))
+def test_lost_is_so_many_silent_moves_in_a_row_at_the_end(built, silent, lost):
+    search = replace(built("stage", "stage=[navigate]")["navigate"], lost=lost)
+    moves = tuple(Move(np.zeros(3), 0.0, 0.0, None, one) for one in silent)
+    ends = len(silent) - max((i + 1 for i, one in enumerate(silent) if not one), default=0)
+    assert search._lost(moves) == (ends >= lost)
+
+
+@pytest.mark.parametrize("sensor", ["ndir", "ec", "mox_mics"])
+def test_what_the_beacon_left_in_the_sensor_is_not_smelt(tmp_path, sensor):
+    """A search for a source that lets out next to nothing: the signal of the beacon is there for moves, and falls."""
+    quiet = (f"sensor={sensor}", "source.strength=1e-6", "stage.navigate.max_moves=6")
+    found, _ = searched(tmp_path, *quiet)
+    assert not any(move.smelt is not None for move in found.made)
+    assert not found.made[0].silent and not found.declared
