@@ -17,6 +17,7 @@ from oio.protocols import Sensor, Stage, World
 from oio.records import Array, Event, GasReading, GasSample, JointState, Sample
 
 R = TypeVar("R")
+_SENSED = (JointState, GasSample)
 
 
 class Watched:
@@ -41,7 +42,7 @@ class Watched:
         for sample in self._world.samples(for_s):
             self._log.write(sample)
             stopping.check()
-            if isinstance(sample, JointState | GasSample):
+            if isinstance(sample, _SENSED):
                 yield sample
 
     def move(self, q_rad: Array) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 SECOND_NS = 1_000_000_000
 _ARRAYS = (np.ndarray, list)
+_FLOAT = np.dtype(np.float64)
 _SCALARS = (int, float, bool, str)
 
 
@@ -39,7 +40,7 @@ class _ReadOnlyArrays:
         for name in _not_scalars(type(self)):  # type: ignore[arg-type]  # mypy takes the hash of its instances for that of a class
             value: Any = getattr(self, name)
             if isinstance(value, _ARRAYS):
-                array = np.array(value, dtype=np.float64)
+                array = value.copy("K") if type(value) is np.ndarray and value.dtype is _FLOAT else np.array(value, dtype=np.float64)
                 array.setflags(write=False)
                 object.__setattr__(self, name, array)
 

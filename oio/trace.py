@@ -38,7 +38,7 @@ class Trace:
         waited_s = seconds(state.t_ns) - self._t[-1]
         if waited_s < self.period_s - 1e-9:
             return
-        if waited_s >= 10.0 * self.period_s - 1e-9 or float(np.max(np.abs(state.q - self._q[-1]))) > STILL_RAD:
+        if waited_s >= 10.0 * self.period_s - 1e-9 or np.abs(state.q - self._q[-1]).max() > STILL_RAD:
             self._keep(state)
 
     def reading(self, reading: GasReading) -> None:

@@ -93,7 +93,7 @@ class LiveFilament:
     def _add(self, place_m: Array, velocity_m_s: Array, age_s: Array) -> None:
         """Puffs at place_m (n, 3) or (3,) with velocity_m_s (n, 3), age_s (n,) old."""
         new = slice(self._count, self._count + len(age_s))
-        self._puffs[:3, new] = np.broadcast_to(place_m, velocity_m_s.shape).T
+        self._puffs[:3, new] = np.atleast_2d(place_m).T
         self._puffs[3:6, new] = velocity_m_s.T
         self._puffs[puffs.AGE, new] = age_s
         self._count = new.stop

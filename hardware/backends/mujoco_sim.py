@@ -102,7 +102,7 @@ class Bench:
             "source": sim.source.strength_drawn(truth.rng("truth", "source strength")),
         }
         self._open: str = "none"
-        self._from = self._goal = sim.arm.home
+        self._from, self._way = sim.arm.home, np.zeros(n)
         self._began_s, self._over_s = 0.0, 0.1
         self._gas_due_ns, self._element, self._ppm = self._sample_ns, 0, sim.background_ppm
         self._wire = deque[GasSample]()  # taken, not sent yet
@@ -136,7 +136,8 @@ class Bench:
         goal, n = np.array(q_rad, dtype=float), self._sim.arm.dof
         if goal.shape != (n,) or not np.all(np.isfinite(goal)):
             raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
-        self._from, self._goal = self._set_point(), goal
+        self._from = self._set_point()
+        self._way = goal - self._from
         self._began_s, self._over_s = seconds(self.t_ns), over_s
         return over_s
 
@@ -163,10 +164,10 @@ class Bench:
                 yield replace(self._wire.popleft(), t_ns=self.t_ns)
 
     def _set_point(self) -> Array:
-        return self._from + smooth((seconds(self.t_ns) - self._began_s) / self._over_s) * (self._goal - self._from)
+        return self._from + smooth((seconds(self.t_ns) - self._began_s) / self._over_s) * self._way
 
     def _move_on(self) -> None:
-        self._ctrl[self._servos] = self._set_point() - self._encoders.offset(seconds(self.t_ns))
+        self._ctrl[self._servos] = self._set_point() - self._encoders.offset
         self._step(self._substeps)
         self._ticks += 1
 
@@ -194,16 +195,15 @@ class _Encoders:
 
     def __init__(self, accel: Array, homing: Array, step_rad: float, period_s: float) -> None:
         self._half_accel, self._homing, self._step, self._period = 0.5 * accel, homing, step_rad, period_s
+        self.offset = homing  # what the encoders add to the joint angles now (n,) rad
         self._q: Array | None = None
         self._dq = np.zeros_like(accel)
 
-    def offset(self, t_s: float) -> Array:
-        """What the encoders add to the joint angle at t_s (n,) rad."""
-        return self._homing + self._half_accel * (t_s * t_s)
-
     def read(self, t_ns: int, q_true: Array) -> JointState:
         """Quantised angle and its differences."""
-        q = np.rint((q_true + self.offset(seconds(t_ns))) / self._step) * self._step
+        t_s = seconds(t_ns)
+        self.offset = self._homing + self._half_accel * (t_s * t_s)
+        q = np.rint((q_true + self.offset) / self._step) * self._step
         if self._q is None:
             dq = ddq = self._dq
         else:
