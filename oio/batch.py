@@ -61,8 +61,9 @@ def _step(
 ) -> tuple[Array, float, Expected]:
     """A step that lowers the cost, the damping to begin the next one with, and what is expected there; a step of zero if none does."""
     (u, root, here), (hessian, slope, before) = at, quadratic
+    diagonal = np.diag(np.diag(hessian))
     while damping < 1e8:
-        step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), slope)
+        step = np.linalg.solve(hessian + damping * diagonal, slope)
         step = step * min(1.0, FARTHEST / max(float(np.max(np.abs(step))), 1e-12))
         theta = problem.mean + root @ (u + step)
         there = problem.predict(theta)  # with its derivatives: most tries are steps

@@ -6,6 +6,7 @@ Reading i of element e at time t:  z_i = g_e f(t_i) + b_e + noise,  f the lagged
 the noise is that of `oio.fluctuation`.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +61,9 @@ class Layout:
         return slice(self.size - self.elements, self.size)
 
 
+_layout = functools.cache(Layout)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
     """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), or (0, P) if they are not wanted, the lagged
@@ -87,7 +91,7 @@ class Problem:
     @property
     def layout(self) -> Layout:
         """Of theta."""
-        return Layout(self.arm.dof, self.elements)
+        return _layout(self.arm.dof, self.elements)
 
     def predict(self, theta: Array, want_rows: bool = True) -> Expected:
         """Forward model at theta (P,), with its derivatives unless they are not wanted."""

@@ -18,7 +18,10 @@ Links = tuple[Array, Array, NDArray[np.int64], Array, Array]
 
 @numba.njit(cache=True)
 def moved(x: Array, dt: float, q: Array, dq: Array, links: Links, numbers: Array) -> tuple[Array, Array, Array]:
-    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `coupled` (k, 6) for states x (k, N), encoders at q (n,) moving with dq."""
+    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `coupled` (k, 6) for states x (k, N), encoders at q (n,) moving with dq.
+
+    The gas of the step is taken from where the joints were half a step before.
+    """
     k, n, half = x.shape[0], len(q), 0.5 * dt * dt
     new = x.copy()
     for i in range(k):
@@ -26,7 +29,7 @@ def moved(x: Array, dt: float, q: Array, dq: Array, links: Links, numbers: Array
             new[i, j] += dt * x[i, n + j] + half * x[i, 2 * n + j]
             new[i, n + j] += dt * x[i, 2 * n + j]
     poses, axes, kinds, locked, offset = links
-    p, jac = nose_and_jacobian(q - new[:, :n], poses, axes, kinds, locked, offset, True)
+    p, jac = nose_and_jacobian(q - 0.5 * dt * dq - new[:, :n], poses, axes, kinds, locked, offset, True)
     c, grad, steps = _gas(new, p, jac, dt, dq, numbers)
     return new, _follow(new, c, grad, jac, steps, dt), steps
 

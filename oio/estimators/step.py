@@ -13,19 +13,14 @@ def predicted(model: Model, belief: Belief, joints: JointState) -> Belief:
     """The extended Kalman filter's prediction at the time of `joints`: x = f(x), P = F P F' + Q."""
     _same_size(model, belief.mean, joints)
     dt_s = seconds(joints.t_ns - belief.t_ns)
-    mean, cov = kernels.predicted(belief.mean, belief.cov, dt_s, _midway(joints, dt_s), joints.dq, model.arm.links, *model.constants)
+    mean, cov = kernels.predicted(belief.mean, belief.cov, dt_s, joints.q, joints.dq, model.arm.links, *model.constants)
     return Belief(joints.t_ns, mean, cov)
-
-
-def _midway(joints: JointState, dt_s: float) -> Array:
-    """Joints (n,) rad half a step before: where the gas of the step is taken from."""
-    return np.asarray(joints.q - 0.5 * dt_s * joints.dq)
 
 
 def moved(model: Model, x: Array, dt_s: float, joints: JointState) -> Array:
     """f(x) (k, N) of many states x (k, N)."""
     _same_size(model, x[0], joints)
-    new, _, _ = kernels.moved(x, dt_s, _midway(joints, dt_s), joints.dq, model.arm.links, model.constants[0])
+    new, _, _ = kernels.moved(x, dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
     return np.asarray(new)
 
 
@@ -44,7 +39,7 @@ class Linear:
     def of(model: Model, at: Array, dt_s: float, joints: JointState) -> "Linear":
         """The step of dt_s that ends with the encoders at `joints`."""
         _same_size(model, at, joints)
-        mean, row, lag = kernels.moved(at[None, :], dt_s, _midway(joints, dt_s), joints.dq, model.arm.links, model.constants[0])
+        mean, row, lag = kernels.moved(at[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
         return Linear(model, at, mean[0], row[0], lag[0], dt_s)
 
     def forward(self, mean: Array, cov: Array) -> tuple[Array, Array]:
@@ -60,7 +55,7 @@ class Linear:
 
 def noisy(model: Model, x: Array, cov: Array, dt_s: float, joints: JointState) -> Array:
     """P + Q (N, N), Q that of a step from x (N,)."""
-    _, _, lag = kernels.moved(x[None, :], dt_s, _midway(joints, dt_s), joints.dq, model.arm.links, model.constants[0])
+    _, _, lag = kernels.moved(x[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
     return np.asarray(kernels.noisy(cov, lag[0], dt_s, model.arm.dof, *model.constants[1:]))
 
 
