@@ -49,7 +49,7 @@ class BeliefMap:
         problem, noise = problem_of(sniffs, known), known.model.fluctuation
         found = [solve(problem, start, noise) for start in self._starts(problem, known, before)]
         mirror = mirrored(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
-        fits = sorted([*found, solve(problem, mirror, noise)], key=lambda fit: fit.chi2)
+        fits = sorted([*found, solve(problem, _as_told(problem, mirror), noise)], key=lambda fit: fit.chi2)
         kept: list[Fit] = []
         for fit in fits:
             distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.apart_m / 2 for other in kept)
@@ -94,7 +94,16 @@ def _ranked(problem: Problem, places_m: Array, gamma: float, left: Array, count:
     thetas[:, 3] += more
     thetas = thetas[np.argsort(costs, kind="stable")[:count]]
     thetas[:, 3] += problem.scaled(thetas, left, z, weight)[1] if count else 0.0
-    return thetas
+    return _as_told(problem, thetas)
+
+
+def _as_told(problem: Problem, theta: Array) -> Array:
+    """theta (..., P) with a strength that can be believed if it was told: fits that begin farther off run out of steps."""
+    if problem.law.ln_strength is None:
+        return theta
+    out, about, u = np.array(theta), problem.mean[3], float(np.sqrt(problem.cov[3, 3]))
+    out[..., 3] = np.clip(out[..., 3], about - 2.0 * u, about + 2.0 * u)
+    return out
 
 
 def _minus_2_log_likelihood(problem: Problem, theta: Array, noise: Fluctuation) -> float:
@@ -103,10 +112,10 @@ def _minus_2_log_likelihood(problem: Problem, theta: Array, noise: Fluctuation) 
 
 
 def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
-    """The fit of an unknown source; ln strength is anything about that of the largest reading at r_ref."""
+    """The fit of an unknown source; ln strength is as told, or anything about that of the largest reading at r_ref."""
     m, lay = known.model, known.layout
     above = (sniffs.ppm - known.mean[lay.baseline][sniffs.element]) / np.exp(known.mean[lay.gain])[sniffs.element]
-    ln_strength = float(np.log(max(np.max(above), m.sigma_ppm)))
+    ln_strength = m.law.strength(max(float(np.max(above)), m.sigma_ppm))
     mean, cov = around(known.mean, known.cov, m.arm, m.law, ln_strength)
     factor = float(np.exp(known.mean[lay.tau]))
     return Problem(sniffs, m.arm, m.law, m.elements, m.rise_s / factor, m.fall_s / factor, mean, cov)

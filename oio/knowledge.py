@@ -54,7 +54,8 @@ class Nominal:
 
 
 def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
-    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `around`)."""
+    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `around`): one that was told
+    is that of the source to be found, and the first fit is of the beacon."""
     lay = Layout(arm.dof, nominal.elements)
     mean, sd = np.zeros(lay.size), np.zeros(lay.size)
     mean[lay.exponent], sd[lay.exponent] = law.exponent, law.exponent_u
@@ -66,7 +67,7 @@ def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: 
     sd[lay.gain.start] = FIXED  # the first element is the scale; the strength takes up its gain
     sd[lay.tau] = nominal.tau_u
     mean[lay.baseline], sd[lay.baseline] = offsets, offsets_u
-    return around(mean, np.diag(sd**2), arm, law)
+    return around(mean, np.diag(sd**2), arm, law.untold())
 
 
 def around(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:

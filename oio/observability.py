@@ -26,25 +26,48 @@ Twin = tuple[str, Array]
 def blind_spots(sniffs: Sniffs, known: Knowledge, hypotheses: tuple[Fit, ...], narrowed: float) -> tuple[str, ...]:
     """Sentences for a verdict, none if all was seen; a posterior over prior standard deviation above `narrowed` counts as unseen."""
     best, arm = hypotheses[0], known.model.arm
-    ratios, directions = narrowing(sniffs, known, best.mean)
-    shares = (ratios * directions[3]) ** 2 / np.sum((ratios * directions[3]) ** 2)  # of the strength's variance
-    unseen = [_unseen(directions[:3, i], float(shares[i]), arm) for i in range(4) if ratios[i] > narrowed]
+    told = known.model.law.ln_strength is not None
+    ratios, directions, shares = (_of_source if told else _of_both)(*_before_and_after(sniffs, known, best.mean))
+    unseen = [_unseen(directions[:3, i], float(shares[i]), arm, told) for i in range(len(ratios)) if ratios[i] > narrowed]
     pair = twin(arm.nose(sniffs.q[sniffs.at]), best.mean[:3])
     return (*dict.fromkeys(unseen), *_alike(pair, best, arm), *_left(pair, hypotheses))
 
 
 def narrowing(sniffs: Sniffs, known: Knowledge, theta: Array) -> tuple[Array, Array]:
     """Posterior over prior standard deviation (4,), ascending, in directions (columns of (4, 4)) along AXES as seen from the shoulder."""
+    return _ratios(*_before_and_after(sniffs, known, theta))
+
+
+def _of_both(before: Array, after: Array) -> tuple[Array, Array, Array]:
+    """`narrowing`, and the share (4,) that each direction has in the strength's variance."""
+    ratios, directions = _ratios(before, after)
+    part = (ratios * directions[3]) ** 2
+    return ratios, directions, part / np.sum(part)
+
+
+def _of_source(before: Array, after: Array) -> tuple[Array, Array, Array]:
+    """The same of the source alone (3,), (3, 3), for a strength that was told is not to be found; the share (3,) is the squared
+    correlation of each direction with it: what would be gained if it were told better."""
+    ratios, directions = _ratios(before[:3, :3], after[:3, :3])
+    with_strength = directions.T @ (after[:3, 3] / np.sqrt(np.diag(before)[:3]))
+    return ratios, directions, with_strength**2 / (np.maximum(ratios, 1e-12) ** 2 * after[3, 3])
+
+
+def _ratios(before: Array, after: Array) -> tuple[Array, Array]:
+    spread = np.sqrt(np.diag(before))
+    values, directions = np.linalg.eigh(after / np.outer(spread, spread))
+    return np.sqrt(np.maximum(values, 0.0)), directions
+
+
+def _before_and_after(sniffs: Sniffs, known: Knowledge, theta: Array) -> tuple[Array, Array]:
+    """Covariances (4, 4) along AXES, by the prior and with the readings."""
     problem = problem_of(sniffs, known)
     expected, scale = problem.predict(theta), np.sqrt(np.diag(problem.cov))
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows * scale
     prior = problem.cov / np.outer(scale, scale)
     posterior = np.outer(scale, scale) * np.linalg.inv(rows.T @ rows + np.linalg.inv(prior))
     turn = _axes(theta[:3] - known.model.arm.shoulder)
-    before, after = (turn @ cov[:4, :4] @ turn.T for cov in (problem.cov, posterior))
-    spread = np.sqrt(np.diag(before))
-    values, directions = np.linalg.eigh(after / np.outer(spread, spread))
-    return np.sqrt(np.maximum(values, 0.0)), directions
+    return turn @ problem.cov[:4, :4] @ turn.T, turn @ posterior[:4, :4] @ turn.T
 
 
 def _axes(d: Array) -> Array:
@@ -55,13 +78,14 @@ def _axes(d: Array) -> Array:
     return turn
 
 
-def _unseen(direction: Array, strength_share: float, arm: Arm) -> str:
+def _unseen(direction: Array, strength_share: float, arm: Arm, told: bool) -> str:
     names = [axis for axis, part in zip(AXES[:3], direction, strict=True) if abs(part) > NAMED]
     names += ["strength"] if strength_share > MOVES_WITH or not names else []
-    told = " or tell the strength (range.ln_strength_u)" if "strength" in names else ""
+    tell = "better (range.ln_strength_u)" if told else "(range.ln_strength and range.ln_strength_u)"
+    more = f" or tell the strength {tell}" if "strength" in names else ""
     if len(names) == 1:
-        return f"{names[0]} cannot be found with dof={arm.dof}: {_remedy(arm)}{told}."
-    return f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart with dof={arm.dof}: {_remedy(arm)}{told}."
+        return f"{names[0]} cannot be found with dof={arm.dof}: {_remedy(arm)}{more}."
+    return f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart with dof={arm.dof}: {_remedy(arm)}{more}."
 
 
 def _remedy(arm: Arm) -> str:

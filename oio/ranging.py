@@ -8,7 +8,7 @@ length of the isotropic plume of Vergassola et al. 2007). l is the logarithm of 
 removes the pole.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -21,6 +21,8 @@ from oio.settings import in_range, settings
 AIRS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
 LAW = 9  # parameters of the law: s (3), l, n, k (3), u
 PLAYS_MOST_M, STRAYS_MOST = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
+UNTOLD_U = 2.0  # of l about the largest reading seen (a factor of seven), where ln_strength_u is about a strength that was told
+LEAST_LN_PPM, MOST_LN_PPM = -20.0, 14.0  # of a strength that can be told; ln(1e6 ppm) is 13.8
 _SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
 MOST = 50.0  # ln c is never more: exp of it is still a number
 _RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
@@ -33,7 +35,8 @@ class RangeLaw:
     air: str  # which of n, k and u the calibration frees: one of AIRS
     r_ref_m: float  # distance at which l is given
     radius_m: float  # radius of the source
-    ln_strength_u: float  # of l about the largest reading seen
+    ln_strength: float | None  # l of the source to be found, if it is known; None: it is about the largest reading seen
+    ln_strength_u: float  # of l about either
     exponent: float  # n
     exponent_u: float
     wind_per_m_u: float  # of each horizontal component of k = U / 2K about still air
@@ -55,6 +58,7 @@ class RangeLaw:
             raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(AIRS[:-1])} or {AIRS[-1]}. Type range.air=all.")
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
+        self._check_strength()
         in_range(self, nose_u_m=(1e-6, PLAYS_MOST_M), stray=(0, STRAYS_MOST), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
         in_range(self, usual_nose_u_m=(0, PLAYS_MOST_M), usual_stray=(0, STRAYS_MOST), calm_evidence=(0, 1e6))
         for key, low, high in (("nose_choices_m", 1e-6, PLAYS_MOST_M), ("stray_choices", 0.0, STRAYS_MOST)):
@@ -62,6 +66,20 @@ class RangeLaw:
             if not choices or not all(low <= choice <= high for choice in choices):
                 given = f"range.{key} is {list(choices)}"
                 raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range.{key}=[0.1].")
+
+    def _check_strength(self) -> None:
+        l = self.ln_strength
+        if l is not None and not LEAST_LN_PPM <= l <= MOST_LN_PPM:
+            allowed = f"{LEAST_LN_PPM:g} to {MOST_LN_PPM:g} or null: it is the natural logarithm of ppm"
+            raise BadInput(f"range.ln_strength is {l:g}, but it can be {allowed}. Type e.g. range.ln_strength=3.0, which is 20 ppm.")
+
+    def strength(self, largest_ppm: float) -> float:
+        """Where the prior of l lies: as told, or at the largest reading."""
+        return float(np.log(largest_ppm)) if self.ln_strength is None else self.ln_strength
+
+    def untold(self) -> "RangeLaw":
+        """The same law about another source, such as the beacon: its strength was not told."""
+        return self if self.ln_strength is None else replace(self, ln_strength=None, ln_strength_u=UNTOLD_U)
 
     def doubt(self, nose_u_m: float, stray: float) -> float:
         """What so calm a choice costs, in -2 ln L, against those that are not calmer than is usual."""

@@ -1,5 +1,6 @@
 """Fit the range law on the known source, then find that source again and again from five measurements each: the Type B uncertainty."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -122,7 +123,8 @@ class MapBeliefs:
     def _repeat(self, context: Context, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> Repeat:
         """One trilateration with the law fitted without its own readings."""
         law = self._fit(context, sniffs.without(*span), fit)
-        known = calibrated(law, self.arm, self.wander, self.nominal, Noise.nominal())
+        told_nothing = replace(law, law=law.law.untold())  # a strength that was told is another source's
+        known = calibrated(told_nothing, self.arm, self.wander, self.nominal, Noise.nominal())
         own = sniffs.between(*span)
         place = np.array(self.beacon.position)
         # five measurements may leave a mirror point: that a map names both is no error of its covariance

@@ -65,7 +65,7 @@ class Likelihood:
         """ln strengths (j, a) tried at places (j, 3) m, and ln posterior (j, a) of both, up to a constant."""
         model, z = self.view.model, self.seen.ppm[:, None]
         unit, relative = self.unit(self.seen.p_m, places_m, cell_m)
-        about, u = float(np.log(max(np.max(z), model.sigma_ppm))), model.law.ln_strength_u
+        about, u = model.law.strength(max(float(np.max(z)), model.sigma_ppm)), model.law.ln_strength_u
         l = np.full(len(places_m), about)
         spread = np.full(len(places_m), u)
         for _ in range(STEPS):

@@ -157,3 +157,17 @@ def test_spheres_have_the_radii_of_the_law(lab):
     distance = np.linalg.norm(centres - theta[:3], axis=1)
     assert len(radii) == 5 and np.ptp(distance) > 0.03
     np.testing.assert_allclose(radii, np.hypot(distance, made.law.radius_m), rtol=0.01)
+
+
+@pytest.mark.parametrize("u", [0.1, 0.001])
+def test_a_strength_that_was_told_is_begun_with_and_kept(lab, built, u):
+    """However well it is told: what is found is no worse than what a fit finds that begins at the truth."""
+    for seed in (306, 307, 311):
+        made = lab(5, 1, seed=seed)
+        theta = made.theta()
+        made.law = replace(made.law, ln_strength=float(theta[3]), ln_strength_u=u)
+        made.model = replace(made.model, law=made.law)
+        sniffs = made.problem(theta, poses=4).sniffs
+        best = built("belief_map").locate(sniffs, made.known)[0]
+        assert best.chi2 < solve(problem_of(sniffs, made.known), theta, made.model.fluctuation).chi2 + 0.1
+        assert abs(best.mean[3] - theta[3]) < 4.0 * u

@@ -137,3 +137,11 @@ def test_a_proposal_takes_less_than_30_ms(lab, strategy):
 def test_senseless_settings_are_refused(strategy, key, value):
     with pytest.raises(BadInput, match=key):
         replace(strategy, **{key: value})
+
+
+def test_a_strength_that_was_told_is_that_of_the_cloud(lab):
+    """Where the signals say little, they do not pull it away."""
+    view = hits(lab(3), np.array([0.3, 0.0, 0.2]), 20.0, 2, 2)
+    told = replace(view, model=replace(view.model, law=replace(view.model.law, ln_strength=float(np.log(20.0)), ln_strength_u=0.05)))
+    cloud = posterior(Likelihood(told, sniffed(told), 0.2, 3), 100, 2)
+    assert np.sum(cloud.weight * cloud.ln_strength) == pytest.approx(np.log(20.0), abs=0.1)

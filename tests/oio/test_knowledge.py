@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from oio.batch import Fit
-from oio.knowledge import calibrated
+from oio.beliefs import problem_of
+from oio.knowledge import calibrated, prior
 from oio.ranging import STRAYS_MOST
 from oio.uncertainty import Noise
 
@@ -31,3 +32,18 @@ def test_misses_inflate_all_that_a_reading_may_stray_by(known):
 def test_misses_beyond_all_measure_are_no_crash(known):
     """A room that no law holds in, such as recordings of real gas."""
     assert known(1e7).model.law.stray == STRAYS_MOST
+
+
+def test_a_strength_that_was_told_is_for_the_search_and_not_for_the_beacon(lab):
+    made = lab(3, 1, seed=2)
+    offsets, offsets_u = np.array([0.2]), np.array([0.02])
+    told = replace(made.law, ln_strength=1.5, ln_strength_u=0.1)
+    for a, b in zip(*(prior(made.arm, law, made.nominal, offsets, offsets_u) for law in (made.law, told)), strict=True):
+        np.testing.assert_array_equal(a, b)
+    sniffs = made.problem(made.theta()).sniffs
+    asked, answered = (problem_of(sniffs, replace(made.known, model=replace(made.model, law=law))) for law in (made.law, told))
+    assert (answered.mean[3], answered.cov[3, 3]) == (1.5, 0.1**2)
+    assert (asked.mean[3], asked.cov[3, 3]) == (np.log(np.max(sniffs.ppm - made.mean[-1])), made.law.ln_strength_u**2)
+    rest = np.arange(len(asked.mean)) != 3
+    np.testing.assert_array_equal(answered.mean[rest], asked.mean[rest])
+    np.testing.assert_array_equal(answered.cov[np.ix_(rest, rest)], asked.cov[np.ix_(rest, rest)])

@@ -1,10 +1,16 @@
 """What a motion cannot see is said in words, and nothing is said of a motion that sees everything."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oio.arm import smooth
+from oio.batch import solve
+from oio.beliefs import problem_of
+from oio.fluctuation import Fluctuation
 from oio.observability import blind_spots, narrowing, twin
 from oio.ranging import concentration
 
@@ -99,3 +105,55 @@ def test_the_twin_smells_alike_wherever_the_nose_has_been(seed, source):
 
 def test_a_nose_that_goes_everywhere_leaves_no_twin():
     assert twin(np.random.default_rng(0).uniform(-0.3, 0.3, (20, 3)), np.array([0.3, 0.1, 0.2])) is None
+
+
+def tell(made, ln_strength, u):
+    made.law = replace(made.law, ln_strength=float(ln_strength), ln_strength_u=u)
+    made.model = replace(made.model, law=made.law)
+
+
+@pytest.mark.parametrize("dof", [3, 5])
+@pytest.mark.parametrize("seed", [40, 41, 42, 44])
+def test_the_strength_is_no_blind_spot_any_more_once_it_is_told(lab, built, dof, seed):
+    """After a few sniffs at one place; the advice names both keys, or the one that is left to be told better."""
+    made, theta, sniffs, _ = searched(lab, built, dof, seed, poses=3)
+    sniffs, said = sniffs.between(1.2, 2.0), []
+    for u in (None, 2.0, 0.05):
+        if u is not None:
+            tell(made, theta[3], u)
+        said.append(blind_spots(sniffs, made.known, built("belief_map").locate(sniffs, made.known), NARROWED))
+    untold, hardly, well = ([s for s in sentences if "cannot be" in s] for sentences in said)
+    assert any("strength cannot be" in s and "tell the strength (range.ln_strength and range.ln_strength_u)" in s for s in untold), untold
+    assert any("strength cannot be" in s and "tell the strength better (range.ln_strength_u)" in s for s in hardly), hardly
+    assert not any("strength" in s for s in well) and len(well) < len(untold), well
+
+
+def huddled(made, poses=6, swing_rad=0.03):
+    """Readings of a nose that stays about home: near and weak or far and strong smell nearly alike."""
+    made.law = replace(made.law, nose_u_m=1e-3, stray=0.02)
+    made.model = replace(made.model, law=made.law, fluctuation=Fluctuation(1.0, 0.05, 0.3))
+    theta = made.theta()
+    goals = made.arm.home + made.rng.uniform(-swing_rad, swing_rad, (poses + 1, made.arm.dof))
+
+    def path(poses, stay_s, source):
+        t = np.arange(0.0, poses * (1.0 + stay_s), 0.05)
+        leg = np.minimum((t / (1.0 + stay_s)).astype(int), poses - 1)
+        share = np.array([smooth(x) for x in t - leg * (1.0 + stay_s)])[:, None]
+        return t, goals[leg] + share * (goals[leg + 1] - goals[leg])
+
+    made.path = path
+    return theta, made.problem(theta, poses=poses, noise=made.model.fluctuation).sniffs
+
+
+def test_the_source_is_nearer_once_its_strength_is_told(lab):
+    """Where distance goes with strength: in every search, and by a quarter in all."""
+    missed = []
+    for seed in range(60, 72):
+        made = lab(5, 1, seed=seed)
+        theta, sniffs = huddled(made)
+        untold = solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+        tell(made, theta[3], 0.05)
+        told = solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+        missed.append([np.linalg.norm(fit.mean[:3] - theta[:3]) for fit in (untold, told)])
+    before, after = np.array(missed).T
+    assert np.all(after < before) and np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(np.mean(before**2)), missed

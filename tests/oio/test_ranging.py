@@ -111,3 +111,29 @@ def test_senseless_laws_are_refused(built):
     with pytest.raises(Exception, match="r_ref_m is 0") as refused:
         built("range", "range.r_ref_m=0")
     assert isinstance(refused.value.__cause__, BadInput)
+
+
+def test_a_strength_that_nobody_told_changes_nothing(built):
+    law = built("range")
+    assert law.ln_strength is None and law.untold() is law
+    assert law.strength(23.0) == float(np.log(23.0))
+
+
+def test_a_strength_that_was_told_is_that_of_its_source_alone(built):
+    law = built("range", "range.ln_strength=3", "range.ln_strength_u=0.1")
+    assert law.strength(23.0) == law.strength(0.1) == 3.0
+    assert law.untold() == built("range")
+
+
+@pytest.mark.parametrize("told", ["20.1", "-25", "1e9"])
+def test_a_strength_that_is_no_logarithm_is_refused(built, told):
+    with pytest.raises(Exception, match=r"natural logarithm of ppm. Type e.g. range.ln_strength=3.0") as refused:
+        built("range", f"range.ln_strength={told}")
+    assert isinstance(refused.value.__cause__, BadInput)
+
+
+@pytest.mark.parametrize("told", ["strong", "nan", "true"])
+def test_a_strength_that_is_no_number_is_refused(built, told):
+    with pytest.raises(Exception, match="ln_strength is") as refused:
+        built("range", f"range.ln_strength={told}")
+    assert isinstance(refused.value.__cause__, BadInput)

@@ -1,5 +1,7 @@
 """How long the repeats on the known source go on: at least so many, and more while the calibration ends within its budget."""
 
+from dataclasses import replace
+
 import pytest
 
 from oio.bench.trial import experiment
@@ -56,3 +58,16 @@ def test_a_repeat_that_lasts_longer_than_thought_is_broken_off(least, tmp_path, 
 def test_the_budget_is_the_papers_time(built, composed):
     for name, row in composed().table_1.items():
         assert built("stage", f"sensor={name}", "stage=[map_beliefs]")["map_beliefs"].budget_s == row.time_s
+
+
+def test_what_was_told_of_the_source_is_nothing_to_the_beacon(tmp_path):
+    """Neither the fit nor its repeats believe the strength of another source."""
+    results = []
+    for words in ((), ("range.ln_strength=1.0", "range.ln_strength_u=0.05")):
+        built = experiment((*WORDS, "stage.map_beliefs.budget_s=0", *words), 0)
+        with built.backend.open() as world:
+            results.append(run_stages(built.stages, world, built.arm, MemoryLog(), tmp_path, 0)[MapCalibration])
+    untold, told = results
+    assert told.type_b == untold.type_b and told.fit.chi2 == untold.fit.chi2
+    assert told.fit.mean.tobytes() == untold.fit.mean.tobytes() and told.fit.cov.tobytes() == untold.fit.cov.tobytes()
+    assert told.fit.law == replace(untold.fit.law, ln_strength=1.0, ln_strength_u=0.05)
