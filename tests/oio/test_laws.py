@@ -13,9 +13,10 @@ from oio.batch import solve
 from oio.beliefs import problem_of
 from oio.bounds import cramer_rao, van_trees
 from oio.evidence import restricted
-from oio.fluctuation import Fluctuation
+from oio.fluctuation import Fluctuation, whiten
 from oio.knowledge import Knowledge
 from oio.records import GasReading, JointState, nanoseconds
+from oio.uncertainty import localisation
 
 CALM = Fluctuation(1.0, 0.1, 0.3)
 
@@ -152,7 +153,7 @@ def test_ppm_or_ppb_are_the_same_to_the_filter(lab, built):
 
 
 def test_half_of_every_uncertainty_is_half_the_bound(lab):
-    """So four times the repeats halve u, Type A and Type B alike, all the way to the source."""
+    """All the way to the source, Type A and Type B alike."""
     made = lab(3, 2, seed=15)
     made.law = replace(made.law, nose_u_m=1e-6, stray=0.0)
     made.model = replace(made.model, law=made.law)
@@ -161,6 +162,55 @@ def test_half_of_every_uncertainty_is_half_the_bound(lab):
     half = replace(made.model, fluctuation=replace(made.model.fluctuation, scale=0.25, gamma=0.5 * made.model.fluctuation.gamma))
     known, better = made.known, Knowledge(made.mean, 0.25 * made.cov, half)
     assert cramer_rao(sniffs, better, theta).rms_m == pytest.approx(0.5 * cramer_rao(sniffs, known, theta).rms_m, rel=1e-4)
+
+
+CALIBRATIONS, PATHS = 600, 4
+
+
+class Repeats:
+    """Own-model readings along a few paths, so often that a calibration may repeat each up to four times; what they tell to first order."""
+
+    def __init__(self, made, theta, draw):
+        self.of_law, self.of_source, self.law, self.misses_m, self.nees = np.zeros((2, 2)), [], [], [], []
+        for _ in range(PATHS):
+            problem, noise = made.problem(theta, poses=5), made.model.fluctuation
+            expected = problem.predict(theta)
+            z = draw(expected.along, noise, made.rng, 4 * CALIBRATIONS)
+            white = whiten(np.concatenate([z.T, expected.rows], axis=1), expected.along, noise).rows
+            self._add(white[:, : len(z)], white[:, len(z) :], made.cov)
+
+    def _add(self, z, rows, prior):
+        """The beacon tells strength and exponent, its place is known; a repeat finds the place, and the strength with it."""
+        law, both = rows[:, 3:5], rows[:, :4]
+        self.of_law += law.T @ law
+        self.law.append((law.T @ z).reshape(2, CALIBRATIONS, 4))
+        cov = np.linalg.inv(both.T @ both + np.linalg.inv(prior[:4, :4]))
+        off = (cov @ both.T @ z)[:3]
+        self.misses_m.append(np.linalg.norm(off, axis=0).reshape(CALIBRATIONS, 4))
+        self.nees.append(np.sum(off * np.linalg.solve(cov[:3, :3], off), axis=0).reshape(CALIBRATIONS, 4))
+
+    def beacon(self, times):
+        """Errors (CALIBRATIONS, 2) of the fit of ln strength and exponent on every path so many times."""
+        told = sum(part[:, :, :times].sum(axis=2) for part in self.law)
+        return np.linalg.solve(times * self.of_law, told).T
+
+    def u_b_m(self, times):
+        """Type B (CALIBRATIONS,) of every path so many times."""
+        misses_m, nees = (np.concatenate([part[:, :times] for part in parts], axis=1) for parts in (self.misses_m, self.nees))
+        return np.array([localisation(v, e, 4).u_b_m for v, e in zip(misses_m, nees, strict=True)])
+
+
+def test_sixteen_repeats_instead_of_four_halve_what_the_beacon_leaves_open(lab, draw):
+    """Standard errors over many calibrations, of the fit and of u_b; that of the fit is also what its covariance says."""
+    made = lab(3, 1, seed=16)
+    made.law = replace(made.law, nose_u_m=1e-6, stray=0.0)
+    made.model = replace(made.model, law=made.law)
+    repeats = Repeats(made, made.theta(), draw)
+    few, many = (np.std(repeats.beacon(times), axis=0) for times in (1, 4))
+    np.testing.assert_allclose(few, np.sqrt(np.diag(np.linalg.inv(repeats.of_law))), rtol=0.1)
+    np.testing.assert_allclose(many / few, 0.5, rtol=0.1)
+    assert np.std(repeats.u_b_m(4)) / np.std(repeats.u_b_m(1)) == pytest.approx(0.5, rel=0.1)
+    assert np.mean(repeats.u_b_m(4)) == pytest.approx(np.mean(repeats.u_b_m(1)), rel=0.05)  # itself it does not become less
 
 
 SEARCHES = 40
