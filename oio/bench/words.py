@@ -70,7 +70,7 @@ def read(command: str, arguments: list[str]) -> Words:
         if key in seen:
             raise BadInput(f"{key} was given twice. Give it once, e.g. {_example(command)}.")
         if key == "seed":
-            raise BadInput(f"{word} was given, but a benchmark takes many. Type e.g. seeds={value}, seeds=0:20 or seeds=3,5.")
+            raise BadInput(f"{word} was given, but a benchmark takes many. Type e.g. seeds={value}, seeds=5000:5020 or seeds=3,5.")
         seen.add(key)
         if key in own:
             own[key] = value
