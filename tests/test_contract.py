@@ -43,7 +43,7 @@ SUMMARY = IDENTITY | {
 }
 OUTCOME = {
     *("source_error_m", "nose_error_m", "nees_source", "inside_95", "nis_mean", "moves", "time_s", "found"),
-    *("final_nose_to_source_m", "believed_m", "sd_m"),
+    *("final_nose_to_source_m", "believed_m", "sd_m", "filtered_error_m", "filtered_nees"),
 }
 
 
