@@ -30,17 +30,20 @@ def beacon_problem(
     cov[range(3), range(3)] = place[1] ** 2
     signal = sniffs.ppm - offsets[0][sniffs.element]
     mean[Layout(arm.dof, nominal.elements).gain] = _gains(signal, sniffs.element, nominal)
-    mean[3] = np.log(max(float(np.max(signal[sniffs.element == 0])), nominal.sigma_ppm))
+    first = sniffs.element == 0
+    mean[3] = np.log(max(float(np.max(signal[first] if np.any(first) else signal)), nominal.sigma_ppm))
     return Problem(sniffs, arm, law, nominal.elements, nominal.rise_s, nominal.fall_s, mean, cov)
 
 
 def _gains(signal: Array, element: NDArray[np.int64], nominal: Nominal) -> Array:
     """ln of how many times what the first element felt each element felt in all (E,): where a fit begins.
 
-    Specimens differ by factors, and noise that grows with the signal forgives a fit any expectation that is much too large.
+    Specimens differ by factors, and noise that grows with the signal forgives a fit any expectation that is much too large. An element
+    that was never read is taken for its twin's like.
     """
-    felt = [max(float(np.mean(signal[element == e])), nominal.sigma_ppm) for e in range(nominal.elements)]
-    return np.asarray(np.log(np.array(felt) / felt[0]))
+    parts = [signal[element == e] for e in range(nominal.elements)]
+    felt = np.array([max(float(np.mean(part)), nominal.sigma_ppm) if len(part) else np.nan for part in parts])
+    return np.asarray(np.nan_to_num(np.log(felt / felt[0])))
 
 
 def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) -> Fit:

@@ -53,19 +53,25 @@ def forward(
             g = gains[element[reading]]
             h[reading], gain[reading] = g * f, g
             if want_rows:
-                row = rows[reading]
-                for j in range(width):
-                    row[j] = g * df[j]
-                row[width + elements] = g * df_tau
-                row[width + element[reading]] += g * f
-                row[width + elements + 1 + element[reading]] += 1.0
+                _told(rows[reading], df, g, g * f, g * df_tau, element[reading], elements)
                 if start > 0.0:  # of the lag's beginning (z_0 - b) / g so much is left
-                    row[width + elements + 1 + e] -= g * left / gains[e]
-                    row[width + e] -= g * left * start
+                    rows[reading, width + elements + 1 + e] -= g * left / gains[e]
+                    rows[reading, width + e] -= g * left * start
             reading += 1
     if reading < m:
         raise ValueError("readings must lie on the path, in the order of time")
     return h, rows, gain, along, f
+
+
+@numba.njit(cache=True)
+def _told(row: Array, df: Array, gain: float, h: float, by_tau: float, element: int, elements: int) -> None:
+    """A reading's derivatives (P,): by the law and the joints as `df` (width,) says, by the lag, by its element's gain and offset."""
+    width = len(df)
+    for j in range(width):
+        row[j] = gain * df[j]
+    row[width + elements] = by_tau
+    row[width + element] += h
+    row[width + elements + 1 + element] += 1.0
 
 
 @numba.njit(cache=True)
@@ -109,9 +115,7 @@ def held(dt: float, tau: float) -> tuple[float, float, float]:
 
 
 @numba.njit(cache=True)
-def _follow(
-    df: Array, before: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool
-) -> None:
+def _follow(df: Array, before: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool) -> None:
     """df follows dc = c grad as f follows c; `before` is dc one step earlier. The drift of a joint is its offset, t^2 / 2 times."""
     size = len(grad)
     for j in range(size):

@@ -25,9 +25,7 @@ def fitted(residual: Array, along: Along, scale: float) -> Fluctuation:
     return Fluctuation(scale, float(GAMMAS[gamma]), float(TIMES_S[t_s]))
 
 
-def minus_2_log_likelihoods(
-    residual: Array, along: Along, scale: float, shapes: list[tuple[float, float, float]], times_s: Array
-) -> Array:
+def minus_2_log_likelihoods(residual: Array, along: Along, scale: float, shapes: list[tuple[float, float, float]], times_s: Array) -> Array:
     """-2 ln L (s, t), up to a constant, of residuals (m,) along a path, for shapes (n u_p [m], w, gamma) and times (t,) s."""
     f, squares = along.field, np.array([gamma**2 for _, _, gamma in shapes])
     path = f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s

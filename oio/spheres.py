@@ -101,15 +101,17 @@ def differenced(problem: Problem, nose_m: Array) -> Array:
     The sensor's lag is undone by c + tau dc/dt; `nose_m` (k, 3) is the nose along the path. rho = c^(-1/n).
     """
     sn, lay, theta = problem.sniffs, problem.layout, problem.mean
-    if len(sn.at) < 2 * SMOOTHED:
-        return np.empty((0, 3))
     c = (sn.ppm - theta[lay.baseline][sn.element]) / np.exp(theta[lay.gain])[sn.element]
+    times, first, when = np.unique(sn.reading_t_s, return_index=True, return_inverse=True)
+    c = np.bincount(when, c) / np.bincount(when)  # elements that are read at once
+    if len(times) < 2 * SMOOTHED:
+        return np.empty((0, 3))
     box = np.ones(SMOOTHED) / SMOOTHED
-    smooth, slope = (np.convolve(x, box, "same") for x in (c, np.gradient(c, sn.reading_t_s)))
+    smooth, slope = (np.convolve(x, box, "same") for x in (c, np.gradient(c, times)))
     c = smooth + problem.rise_s * np.exp(theta[lay.tau]) * slope
-    heard = c > HEARD * sn.sigma_ppm
+    heard = c > HEARD * sn.sigma_ppm[first]
     try:
-        return unknown_strength(nose_m[sn.at][heard], c[heard] ** (-1.0 / theta[lay.exponent]))[None, :]
+        return unknown_strength(nose_m[sn.at[first]][heard], c[heard] ** (-1.0 / theta[lay.exponent]))[None, :]
     except NotObservable:
         return np.empty((0, 3))
 

@@ -37,7 +37,7 @@ class Navigate:
     smelt: int  # and until so many of them smelt something,
     explore_most: int  # but so many at most
     smelt_sigmas: float  # above what is left of an earlier sniff, in standard deviations of one reading
-    lost: int  # after so many silent moves it explores again, until one does
+    lost: int  # after so many silent moves it explores again, until it smells something
     remap: float  # the map is made anew after so many times the moves of the last one,
     recheck: int  # and while it is in doubt, after so many moves
     max_moves: int

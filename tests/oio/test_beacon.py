@@ -129,3 +129,13 @@ def test_where_gains_begin_is_their_ratio_whatever_the_unit(lab, built):
     np.testing.assert_allclose(begun(1e3, sn.ppm), begun(1.0, sn.ppm), rtol=1e-9)
     dead = begun(1.0, np.where(sn.element == 1, 0.2, sn.ppm))
     assert np.all(np.isfinite(dead)) and dead[0] == 0.0 > dead[1]
+
+
+@pytest.mark.parametrize("dead", [0, 1])
+def test_an_element_that_was_never_read_is_its_twins_like(lab, built, dead):
+    problem, _ = twins(lab, built, 0.0, 20.0, 950)
+    sn, made = problem.sniffs, lab(5, 2, seed=950)
+    left = {name: getattr(sn, name)[sn.element != dead] for name in ("at", "reading_t_s", "element", "ppm", "sigma_ppm", "censored")}
+    offsets = np.full(2, 0.2), np.full(2, 0.02)
+    begun = beacon_problem(replace(sn, **left), made.arm, made.law, made.nominal, offsets, (problem.mean[:3], 1e-3))
+    assert begun.mean[problem.layout.gain] == pytest.approx([0.0, 0.0]) and np.isfinite(begun.mean[3])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from oio.ranging import LAW, concentration
@@ -91,7 +91,8 @@ def test_places_upwind_of_where_nothing_was_smelt_lose_chance(lab, angle):
     ratio = after / before
     assert np.all(ratio[upwind < -0.05] > 1.0)
     near = (upwind > 0.0) & (upwind < 0.25) & (off < 0.3 * upwind)
-    assert np.mean(ratio[near]) < np.mean(ratio[~near]) if np.any(near) else True
+    assume(np.any(near))  # at some angles no place lies in so narrow a cone
+    assert np.mean(ratio[near]) < np.mean(ratio[~near])
     assert np.argmin(ratio) in np.flatnonzero(upwind > 0.0)
 
 

@@ -1,5 +1,7 @@
 """Spheres to circle to two points to vertex, and what geometry cannot tell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -154,6 +156,16 @@ def test_ratios_do_not_tell_in_a_plane():
         unknown_strength(flat, np.linalg.norm(flat - [0.1, 0.0, 0.1], axis=1))
     with pytest.raises(NotObservable, match="2 more places"):
         unknown_strength(flat[:3], np.ones(3))
+
+
+def test_elements_that_are_read_at_once_have_one_sphere(lab):
+    made = lab(3, 1, seed=525)
+    problem = problem_of(made.problem(made.theta(), poses=12).sniffs, made.known)
+    one = differenced(problem, problem.nose(problem.mean))
+    sn = problem.sniffs
+    twice = {name: np.repeat(getattr(sn, name), 2) for name in ("at", "reading_t_s", "element", "ppm", "sigma_ppm", "censored")}
+    np.testing.assert_allclose(differenced(replace(problem, sniffs=replace(sn, **twice)), problem.nose(problem.mean)), one, atol=1e-9)
+    assert len(one) == 1
 
 
 def test_differenced_spheres_come_near_the_source(lab):
