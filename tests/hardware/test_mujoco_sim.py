@@ -272,7 +272,7 @@ def test_physics_that_break_down_on_the_way_are_an_error_too(sim, monkeypatch, t
     monkeypatch.chdir(tmp_path)
     with sim(3).open() as world:
         list(world.samples(0.1))
-        world._data.qvel[0] = np.nan
+        world._plant._data.qvel[0] = np.nan
         with pytest.raises(OioError, match=r"broke down after 0\.100 s. MuJoCo says: Nan, Inf or huge value in QVEL"):
             list(world.samples(0.1))
     assert not list(tmp_path.iterdir())
