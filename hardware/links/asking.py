@@ -1,0 +1,42 @@
+"""A question and its answer over a wire."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeVar
+
+from hardware.links.port import NoAnswer, Wire
+
+F = TypeVar("F")
+F_co = TypeVar("F_co", covariant=True)
+
+
+class Framer(Protocol[F_co]):
+    """Cuts frames from bytes and counts them; those of `hardware.wire` do."""
+
+    good: int
+    corrupt: int
+    skipped: int
+
+    def feed(self, data: bytes) -> Sequence[F_co]:
+        """Whole frames that passed their check."""
+        ...
+
+
+def drained(wire: Wire, framer: Framer[F]) -> list[F]:
+    """Frames that came in unasked or late: nobody shall take them for the next answer."""
+    frames: list[F] = []
+    while data := wire.read(0.0):
+        frames += framer.feed(data)
+    return frames
+
+
+def asked(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
+    """The first frame that fits, within so many seconds of the host. Raises NoAnswer."""
+    drained(wire, framer)
+    wire.write(question)
+    until_s = time.monotonic() + within_s
+    while (left_s := until_s - time.monotonic()) > 0:
+        for frame in framer.feed(wire.read(left_s)):
+            if fits(frame):
+                return frame
+    raise NoAnswer("no answer")
