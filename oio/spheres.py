@@ -9,6 +9,7 @@ from oio.problem import Problem
 from oio.records import Array
 
 ROUNDING = 1e-9  # of the largest length
+MOST_RATIO2 = 1e60  # of squared ranges; their fourth powers are weights
 SMOOTHED = 5  # readings averaged before a lag is undone, which multiplies their noise by tau / dt
 HEARD = 3.0  # standard deviations above the baseline: below, a reading has no range
 
@@ -85,6 +86,8 @@ def unknown_strength(centres: Array, ratios: Array) -> Array:
         raise NotObservable(f"{len(centres)} spheres leave more than one point; sniff at {5 - len(centres)} more places.")
     order = np.argsort(ratios)
     p, rho2 = centres[order], (ratios[order] / max(float(np.min(ratios)), 1e-12)) ** 2
+    if not (1.0 / MOST_RATIO2 < float(np.min(rho2)) and float(np.max(rho2)) < MOST_RATIO2):  # a law so flat tells no range
+        raise NotObservable("the ranges differ by more than can be reckoned with; the range law is too flat.")
     scale = max(float(np.ptp(p)), 1e-9)  # metres and squares side by side
     rows = np.column_stack([2.0 * (p[1:] - p[0]) / scale, rho2[1:] - rho2[0]])
     right = np.sum(p[1:] ** 2, axis=1) - p[0] @ p[0]
@@ -111,7 +114,8 @@ def differenced(problem: Problem, nose_m: Array) -> Array:
     c = smooth + problem.rise_s * np.exp(theta[lay.tau]) * slope
     heard = c > HEARD * sn.sigma_ppm[first]
     try:
-        return unknown_strength(nose_m[sn.at[first]][heard], c[heard] ** (-1.0 / theta[lay.exponent]))[None, :]
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # ranges that are no numbers are not observable
+            return unknown_strength(nose_m[sn.at[first]][heard], c[heard] ** (-1.0 / theta[lay.exponent]))[None, :]
     except NotObservable:
         return np.empty((0, 3))
 

@@ -158,6 +158,18 @@ def test_ratios_do_not_tell_in_a_plane():
         unknown_strength(flat[:3], np.ones(3))
 
 
+@given(exponent=st.floats(0.0, 0.3), ln_gain=st.floats(-8.0, 8.0))
+def test_a_law_so_flat_that_ranges_overflow_is_no_crash(lab, exponent, ln_gain):
+    """Exponents near zero come out of a beacon in a strong wind; ranges are then c^(-1/n)."""
+    made = lab(3, 1, seed=525)
+    problem = problem_of(made.problem(made.theta(), poses=12).sniffs, made.known)
+    theta = problem.mean.copy()
+    theta[problem.layout.exponent] = exponent
+    theta[problem.layout.gain] = ln_gain
+    start = differenced(replace(problem, mean=theta), problem.nose(problem.mean))
+    assert start.shape in ((0, 3), (1, 3)) and np.all(np.isfinite(start))
+
+
 def test_elements_that_are_read_at_once_have_one_sphere(lab):
     made = lab(3, 1, seed=525)
     problem = problem_of(made.problem(made.theta(), poses=12).sniffs, made.known)
