@@ -86,7 +86,7 @@ def unknown_strength(centres: Array, ratios: Array) -> Array:
         raise NotObservable(f"{len(centres)} spheres leave more than one point; sniff at {5 - len(centres)} more places.")
     order = np.argsort(ratios)
     p, rho2 = centres[order], (ratios[order] / max(float(np.min(ratios)), 1e-12)) ** 2
-    if not (1.0 / MOST_RATIO2 < float(np.min(rho2)) and float(np.max(rho2)) < MOST_RATIO2):  # a law so flat tells no range
+    if not (float(np.min(rho2)) > 1.0 / MOST_RATIO2 and float(np.max(rho2)) < MOST_RATIO2):  # a law so flat tells no range
         raise NotObservable("the ranges differ by more than can be reckoned with; the range law is too flat.")
     scale = max(float(np.ptp(p)), 1e-9)  # metres and squares side by side
     rows = np.column_stack([2.0 * (p[1:] - p[0]) / scale, rho2[1:] - rho2[0]])
