@@ -1,0 +1,7 @@
+/* What the host says, character by character; each command is answered by one sentence. */
+#ifndef COMMAND_H
+#define COMMAND_H
+
+void command_character(char c);
+
+#endif

@@ -1,0 +1,62 @@
+/* OIO nose: two gas-sensing elements on an ATmega328P (Arduino Uno, Nano) at 16 MHz.
+ *
+ * Wiring (Arduino names in brackets)
+ *   ADC0 [A0]      element A: V_out of its LMP91000, or the middle of its divider (sensor to +5 V, load resistor to GND)
+ *   ADC1 [A1]      element B, the same
+ *   PD4  [D4]      relay of the beacon, high = open
+ *   PD5  [D5]      relay of the source, high = open
+ *   PD0, PD1       serial line, 115200 8N1; on an Arduino it is the USB socket
+ *   AREF           100 nF to GND and nothing else: the reference is AVcc, that is the board's +5 V
+ * Both dividers take the same +5 V as AVcc, so that the counts do not depend on it. The potentiostats take their reference from
+ * it too: full scale, 1023 counts, is AVcc. Heaters and bias are wired to the supply, never to a pin: they stay on.
+ *
+ * Protocol
+ *   every period   $NOSE,<ms>,<A|B>,<adcA>,<adcB>*HH    ms since boot, the selected element, both counts (10 bits)
+ *   SA, SB         select an element                    $ACK,SA,<ms>*HH
+ *   P<ms>          period, 20 to 10000, at first 100    $ACK,P50,<ms>*HH
+ *   V0, V1, V2     no source, the beacon, the source    $ACK,V1,<ms>*HH
+ *   ID                                                  $ACK,ID,OIO-NOSE,<version>,10*HH
+ *   anything else                                       $NAK,<what it was>*HH
+ * Commands end in \n (a \r before it is dropped) and have at most 16 characters; what a sentence cannot hold is said back as ?.
+ * HH is the XOR of the characters between $ and *; sentences end in \r\n.
+ *
+ * The watchdog resets the board if the loop below hangs for a second: the valves close and ms begins again at 0.
+ */
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/wdt.h>
+
+#include "adc.h"
+#include "clock.h"
+#include "command.h"
+#include "report.h"
+#include "serial.h"
+#include "valve.h"
+
+/* After a watchdog reset the watchdog runs on, at 16 ms, and cannot be stopped while WDRF is set (data sheet, "Watchdog System
+ * Reset"). So it is stopped here, before memory is even cleared. */
+void watchdog_off(void) __attribute__((naked, used, section(".init3")));
+
+void watchdog_off(void)
+{
+    MCUSR = 0;
+    wdt_disable();
+}
+
+int main(void)
+{
+    valve_begin();
+    adc_begin();
+    serial_begin();
+    clock_begin();
+    wdt_enable(WDTO_1S);
+    sei();
+    for (;;) { /* never sleeps: QEMU's AVR does not wake again */
+        char c;
+        wdt_reset();
+        report_if_due();
+        if (serial_get(&c)) { /* one at a time, so that no flood of commands holds a report up */
+            command_character(c);
+        }
+    }
+}

@@ -1,0 +1,14 @@
+/* The sentence of every period: `$NOSE,<ms>,<A|B>,<adcA>,<adcB>*HH`. */
+#ifndef REPORT_H
+#define REPORT_H
+
+#include <stdint.h>
+
+#define REPORT_LEAST_MS 20U
+#define REPORT_MOST_MS 10000U
+
+void report_if_due(void);
+void report_every(uint16_t ms); /* the next one comes so long after now */
+void report_select(char element); /* 'A' or 'B': which one the sentence names; both are measured always */
+
+#endif
