@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oio.errors import BadInput
+from oio.homing import Homing
 from oio.inverse import reached
 from oio.kinematics import nose_and_jacobian
 from oio.links import Links, links_of
@@ -33,8 +34,10 @@ class Arm:
     box_high_m: tuple[float, float, float]
     joint_speed: float  # rad/s (m/s for slides)
     nose_speed_m_s: float  # m/s
+    nose_limit_m_s: float  # m/s; `duration_s` plans by the chord, and on a bent way the nose is faster
     encoder_drift_deg_s2: float  # bound on the encoders' quadratic drift
     homing_offset_deg: float  # standard deviation of the homing offset
+    homing: str | None  # file of `python -m hardware.home`, whose uncertainties come on top
     backlash_deg: float  # free play, peak to peak
 
     def check(self) -> None:
@@ -48,7 +51,9 @@ class Arm:
         home = np.array(self.home_rad)
         if np.any(home < low) or np.any(home > high):
             raise BadInput(f"arm.home_rad is {list(self.home_rad)}, but the limits are {low.tolist()} to {high.tolist()} rad.")
-        for key in ("joint_speed", "nose_speed_m_s"):
+        if self.homing is not None:
+            _ = self.homed  # a wrong file is refused now
+        for key in ("joint_speed", "nose_speed_m_s", "nose_limit_m_s"):
             if not getattr(self, key) > 0:
                 raise BadInput(f"arm.{key} is {getattr(self, key)}, but it must be greater than 0.")
         for key in ("encoder_drift_deg_s2", "homing_offset_deg", "backlash_deg"):
@@ -71,6 +76,17 @@ class Arm:
     def all_names(self) -> tuple[str, ...]:
         """Names of all joints, base to nose."""
         return self._chain.names
+
+    @cached_property
+    def homed(self) -> Homing | None:
+        """What the homing file says of all joints; None without one."""
+        return None if self.homing is None else Homing.read(self.homing, len(self.all_names))
+
+    @property
+    def homing_u_deg(self) -> Array:
+        """Standard uncertainty of the unlocked joints' zeros (n,) degrees."""
+        read = self.homed
+        return np.hypot(self.homing_offset_deg, np.zeros(self.dof) if read is None else np.array(read.u_deg[: self.dof]))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: 
     mean[lay.exponent], sd[lay.exponent] = law.exponent, law.exponent_u
     sd[lay.wind] = law.wind_per_m_u, law.wind_per_m_u, law.lift_per_m_u
     sd[lay.thinning] = law.thinning_per_m_u
-    sd[lay.offset] = np.radians(np.hypot(arm.homing_offset_deg, arm.backlash_deg / 2)) + FIXED
+    sd[lay.offset] = np.radians(np.hypot(arm.homing_u_deg, arm.backlash_deg / 2)) + FIXED
     sd[lay.drift] = np.radians(arm.encoder_drift_deg_s2) / np.sqrt(3.0) + 1e-9  # a bound is a rectangle (GUM 4.3.7)
     sd[lay.gain] = nominal.gain_u
     sd[lay.gain.start] = FIXED  # the first element is the scale; the strength takes up its gain

@@ -23,6 +23,7 @@ class Mailbox:
         self.joints: deque[Arrived] = deque()
         self.gas: deque[Arrived] = deque()
         self.lost = 0  # samples that found their queue full: the oldest goes
+        self.gas_ns: int | None = None  # when the nose was heard last
         self._limit = limit
 
     def put(self, arrived: Arrived) -> None:
@@ -34,6 +35,7 @@ class Mailbox:
                 self.lost += 1
             queue.append(arrived)
             if queue is self.gas:  # joints can wait for the next look
+                self.gas_ns = arrived.at_ns
                 self.news.notify_all()
 
     def wake(self) -> None:

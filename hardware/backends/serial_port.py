@@ -1,0 +1,93 @@
+"""A real bench: a nose and an arm over serial ports. The emulators of `python -m hardware.emulate` are one too."""
+
+import contextlib
+import os
+from collections.abc import Iterator
+
+from oio.safety import Safety
+
+from hardware.backends.bench import Bench
+from hardware.links.clock import Clock
+from hardware.links.device import Device, Patience
+from hardware.links.mailbox import Mailbox
+from hardware.noses import NosePort
+from hardware.servos import NONE, ArmPort
+from hardware.servos.arm import ServoArm
+from hardware.servos.standing import Standing
+from hardware.valves import ValvePort
+from oio import stopping
+from oio.arm import Arm
+from oio.errors import BadInput
+from oio.homing import Homing
+from oio.places import Source
+from oio.protocols import Sensor
+from oio.settings import in_range, settings
+
+HOMING_S = 3.0  # the first move, to the arm's home, takes so long at least
+
+
+@settings
+class SerialPort:
+    """Everything a bench is made of; frozen, `open()` makes it live."""
+
+    kinematics: Arm
+    sensor: Sensor
+    beacon: Source
+    source: Source  # its position, if it was measured, goes to the log for scoring
+    safety: Safety
+    patience: Patience
+    nose: NosePort
+    arm: ArmPort
+    valve: ValvePort
+    speed: float  # seconds of the world per second of the host: 1, but for emulators
+    queue: int  # samples that may wait for the pipeline
+    hold_s: float  # joints wait so long for gas that was sensed before them
+
+    def check(self) -> None:
+        """Refuse senseless speeds and queues."""
+        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), hold_s=(0.0, 1.0))
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator[Bench]:
+        """Find the ports, set the devices up, bring the arm home. Raises BadInput or OioError saying which device does not answer."""
+        self._refuse_hurry()
+        clock, mailbox = Clock(self.speed), Mailbox(self.queue)
+        nose = Device(self.nose.port, self.nose.live(self.sensor, clock, mailbox), mailbox, clock, self.patience)
+        servos = self._servos(mailbox, clock)
+        arm = None if servos is None else Device(str(self.arm.port), servos, mailbox, clock, self.patience)
+        devices = [nose] if arm is None else [nose, arm]
+        try:
+            with self.valve.open() as valve:
+                for device in devices:
+                    _started(device)
+                mover = servos or Standing(self.kinematics, self.arm.period_s)
+                bench = Bench(self, clock, mailbox, nose, arm, mover, valve)
+                bench.go_home(HOMING_S)
+                yield bench
+        finally:
+            for device in reversed(devices):  # the arm first
+                device.leave()
+
+    def _servos(self, mailbox: Mailbox, clock: Clock) -> ServoArm | None:
+        if self.arm.driver == NONE:
+            return None
+        bus = self.arm.bus()
+        homing = self.kinematics.homed or Homing.nominal(len(self.kinematics.all_names), bus.middle)
+        return ServoArm(bus, self.kinematics, self.safety, homing, mailbox, clock, self.arm.period_s, self.arm.release)
+
+    def _refuse_hurry(self) -> None:
+        """Real servos would be led `speed` times as fast."""
+        ports = [self.nose.port, self.arm.port]
+        real = [p for p in ports if p is not None and not os.path.realpath(p).startswith("/dev/pts/")]
+        if self.speed != 1.0 and real:
+            raise BadInput(
+                f"backend.speed={self.speed:g} was given, but {real[0]} is a real port, whose time is its own. Type backend.speed=1."
+            )
+
+
+def _started(device: Device) -> None:
+    device.start()
+    while not device.ready.wait(0.1):
+        stopping.check()
+    if device.error is not None:
+        raise device.error

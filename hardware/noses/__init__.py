@@ -1,0 +1,49 @@
+"""Drivers of real noses, and which of them is at which port."""
+
+from hardware.links.clock import Clock
+from hardware.links.device import Driver
+from hardware.links.mailbox import Mailbox
+from hardware.noses import line, scd30, scd41
+from hardware.noses.intake import Intake
+from oio.errors import BadInput
+from oio.protocols import Sensor
+from oio.settings import in_range, settings
+
+DRIVERS = ("scd30", "scd41", "line")
+NEEDED = ("ms", "active", "adcA", "adcB")
+
+
+@settings
+class NosePort:
+    """One nose: its language, its port, and for `line` where in a sentence what stands."""
+
+    driver: str
+    port: str  # a path, usb:VENDOR:PRODUCT[:SERIAL], or ask
+    talker: str  # the word behind the $
+    columns: tuple[str, ...]  # of the sentence behind the talker; NEEDED must be among them
+    stuck_after: int  # readings in a row that are equal to the last digit: those after them are dropped
+
+    def check(self) -> None:
+        """Refuse unknown drivers and sentences without what is needed."""
+        if self.driver not in DRIVERS:
+            raise BadInput(
+                f"backend.nose.driver={self.driver} was given, but it can be {', '.join(DRIVERS)}. Type backend.nose.driver=line."
+            )
+        missing = [name for name in NEEDED if name not in self.columns]
+        if missing:
+            raise BadInput(f"backend.nose.columns is {list(self.columns)}, but {missing[0]} is needed too. Type e.g. {list(NEEDED)}.")
+        in_range(self, stuck_after=(2, 10**6))
+
+    def live(self, sensor: Sensor, clock: Clock, mailbox: Mailbox) -> Driver:
+        """The driver of `sensor`. Raises BadInput if they cannot be one thing."""
+        bits = getattr(sensor, "adc_bits", None)
+        if (self.driver == "line") != (bits is not None):
+            fits = "scd30 or scd41, which say ppm" if bits is None else "line, which says counts"
+            raise BadInput(f"sensor={sensor.name} goes with {fits}, but backend.nose.driver={self.driver} was given.")
+        if self.driver == "line":
+            assert isinstance(bits, int)
+            intake = Intake(mailbox, sensor.elements, (1 << bits) - 1, self.stuck_after)
+            sentence = line.Sentence(self.talker, self.columns, "AB"[: sensor.elements], bits)
+            return line.Line(intake, clock, sentence, sensor.sample_s)
+        made = scd30.Scd30 if self.driver == "scd30" else scd41.Scd41
+        return made(Intake(mailbox, sensor.elements, scd30.FULL_PPM, self.stuck_after), clock, sensor.sample_s)

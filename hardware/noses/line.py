@@ -1,0 +1,104 @@
+"""A microcontroller with two ADC channels at 115200 baud (hardware/firmware/nose): `$NOSE,ms,active,adcA,adcB*HH`, for EC, MQ and MiCS."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from hardware.links.asking import asked
+from hardware.links.clock import Clock, DeviceClock
+from hardware.links.device import Counts
+from hardware.links.port import NoAnswer, Wire
+from hardware.noses.intake import Intake
+from hardware.wire import line
+from oio.errors import BadInput
+
+ANSWER_S = 0.6
+TURN_S = 0.1
+TRIES = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Sentence:
+    """What a frame says: the word behind the $, names of the fields behind it, names of the elements that there are, bits of a count."""
+
+    talker: str
+    columns: tuple[str, ...]
+    elements: str
+    adc_bits: int
+
+
+class Line:
+    """Takes every frame for a sample of the element it calls active, and asks for the other one."""
+
+    key, name, baud = "backend.nose", "line", 115_200
+
+    def __init__(self, intake: Intake, clock: Clock, sentence: Sentence, sample_s: float) -> None:
+        self._intake, self._clock, self._device = intake, clock, DeviceClock()
+        self._period_ms, self._sentence, self._names = round(1e3 * sample_s), sentence, sentence.elements
+        self._at = {name: 1 + i for i, name in enumerate(sentence.columns)}
+        self._lines, self._bad, self._last_ms, self._lost = line.Lines(), 0, -1, 0
+
+    def knock(self, wire: Wire) -> str | None:
+        """Its name, version and bits."""
+        try:
+            return ", ".join(self._identity(wire)[2:])
+        except NoAnswer:
+            return None
+
+    def begin(self, wire: Wire) -> None:
+        """Set the period. Raises BadInput if its converter is not the one of the sensor's YAML."""
+        who = self._identity(wire)
+        if len(who) > 4 and who[4] != str(self._sentence.adc_bits):
+            raise BadInput(
+                f"the microcontroller at {self.key}.port converts to {who[4][:8]} bits, but sensor.adc_bits is {self._sentence.adc_bits}. "
+                f"Type sensor.adc_bits={who[4][:8]}, or flash another firmware."
+            )
+        self._ask(wire, f"P{self._period_ms}")
+        self._last_ms = -1
+
+    def turn(self, wire: Wire) -> bool:
+        """What came in."""
+        data = wire.read(TURN_S)
+        arrived_ns = self._clock.now_ns()
+        for fields in self._lines.feed(data):
+            if fields[0] == self._sentence.talker:
+                self._frame(wire, fields, arrived_ns)
+        return bool(data)
+
+    def end(self, wire: Wire) -> None:
+        """It goes on: heaters and bias stay on."""
+
+    def counts(self) -> Counts:
+        """Frames and samples so far; `lost` are those missing between the milliseconds of two frames."""
+        f = self._lines
+        frames = Counter(good=f.good, corrupt=f.corrupt + self._bad, skipped=f.skipped, lost=self._lost, clock=self._device.jumps)
+        return frames + self._intake.counts
+
+    def _frame(self, wire: Wire, fields: tuple[str, ...], arrived_ns: int) -> None:
+        try:
+            ms, active = int(fields[self._at["ms"]]), fields[self._at["active"]]
+            counts = {"A": int(fields[self._at["adcA"]]), "B": int(fields[self._at["adcB"]])}
+            raw = counts[active]
+        except (IndexError, KeyError, ValueError):
+            self._bad += 1  # its checksum is right, what it says is not
+            return
+        if self._last_ms >= 0 and ms > self._last_ms:
+            self._lost += max(round((ms - self._last_ms) / self._period_ms) - 1, 0)
+        self._last_ms = ms
+        other = self._names[(self._names.find(active) + 1) % len(self._names)]
+        if active in self._names:
+            self._intake.put(self._device.stamped(ms, arrived_ns), self._names.index(active), raw, arrived_ns)
+        if other != active:
+            wire.write(f"S{other}\n".encode())
+
+    def _identity(self, wire: Wire) -> tuple[str, ...]:
+        return self._ask(wire, "ID")
+
+    def _ask(self, wire: Wire, command: str) -> tuple[str, ...]:
+        """The acknowledgement; asked again if noise was in the way."""
+        for left in reversed(range(TRIES)):
+            try:
+                return asked(wire, f"{command}\n".encode(), self._lines, lambda f: f[:2] == ("ACK", command), ANSWER_S)
+            except NoAnswer:
+                if left == 0:
+                    raise
+        raise NoAnswer(command)  # no tries

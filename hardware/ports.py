@@ -1,0 +1,105 @@
+"""`python -m hardware.ports`: what is plugged in, what it says it is, and the line to paste.
+
+Ports that the system does not list (emulators) are asked if they are given as words: python -m hardware.ports out/nose out/arm
+"""
+
+from collections.abc import Iterator
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+from serial.tools import list_ports
+
+from hardware.asked import ended, words
+from hardware.links.clock import Clock
+from hardware.links.device import Driver
+from hardware.links.find import named
+from hardware.links.mailbox import Mailbox
+from hardware.links.port import NoAnswer, Unplugged, opened
+from hardware.noses.intake import Intake
+from hardware.noses.line import Line, Sentence
+from hardware.noses.scd30 import Scd30
+from hardware.noses.scd41 import Scd41
+from hardware.servos import BUSES
+from oio import stopping
+from oio.errors import BadInput
+
+IDS = range(1, 8)  # of servos that are asked for
+
+
+def main(arguments: list[str]) -> None:
+    """Ask every port."""
+    _, plain = words(arguments, {}, "python -m hardware.ports")
+    console = Console(soft_wrap=True)
+    infos = {info.device: named(info) for info in list_ports.comports()} | {path: "given" for path in plain}
+    if not infos:
+        console.print("Nothing is plugged in that the system lists. A port can be given: python -m hardware.ports /dev/ttyUSB0")
+        return
+    table = Table("port", "is", "says", "paste", title=f"{len(infos)} ports", title_justify="left")
+    for path, name in infos.items():
+        with console.status(f"asking {path} ..."):
+            for says, line in asked_all(path, name) or [("nothing", "")]:
+                table.add_row(*(escape(text) for text in (path, name, says, line)))
+    console.print(table)
+
+
+def asked_all(path: str, name: str) -> list[tuple[str, str]]:
+    """What answers at a port, each with its line of YAML; noses first, for one answer is enough."""
+    for driver in noses():
+        says = _answer(path, driver.baud, driver)
+        if says:
+            return [(says, _line("nose", driver.name, path, name))]
+    for kind in BUSES:
+        bus = BUSES[kind]()
+        says = _servos(path, kind)
+        if says:
+            return [(says, _line("arm", bus.name, path, name))]
+    return []
+
+
+def noses() -> Iterator[Driver]:
+    """One driver of each kind, for asking only."""
+    intake, clock = Intake(Mailbox(1), 2, 1.0, 2), Clock(1.0)
+    yield Line(intake, clock, Sentence("NOSE", ("ms", "active", "adcA", "adcB"), "AB", 0), 1.0)
+    yield Scd30(intake, clock, 1.0)
+    yield Scd41(intake, clock, 1.0)
+
+
+def _answer(path: str, baud: int, driver: Driver) -> str | None:
+    stopping.check()
+    try:
+        wire = opened(path, baud, "port")
+    except (Unplugged, BadInput):
+        return None
+    try:
+        return driver.knock(wire)
+    except Unplugged:
+        return None
+    finally:
+        wire.close()
+
+
+def _servos(path: str, kind: str) -> str | None:
+    stopping.check()
+    bus = BUSES[kind]()
+    try:
+        wire = opened(path, bus.baud, "port")
+    except (Unplugged, BadInput):
+        return None
+    try:
+        models = {servo: bus.ping(wire, servo) for servo in IDS}
+    except (Unplugged, NoAnswer):
+        return None
+    finally:
+        wire.close()
+    there = [f"{servo} {model}" for servo, model in models.items() if model]
+    return f"servos {', '.join(there)}" if there else None
+
+
+def _line(key: str, driver: str, path: str, name: str) -> str:
+    port = name if name.startswith("usb:") else path
+    return f"backend.{key}.driver={driver} backend.{key}.port={port}"
+
+
+if __name__ == "__main__":
+    ended(main, (__doc__ or "").strip())

@@ -1,0 +1,159 @@
+"""An arm of servos: asked where it is a hundred times a second, and led along guarded set-points in the same breath."""
+
+import math
+import threading
+import time
+from collections import Counter
+
+import numpy as np
+
+from hardware.links.clock import Clock
+from hardware.links.device import Counts
+from hardware.links.mailbox import Arrived, Mailbox
+from hardware.links.port import NoAnswer, Wire
+from hardware.servos.bus import Bus, Felt
+from hardware.servos.differences import Differences
+from hardware.servos.rhythm import Rhythm
+from oio.arm import Arm
+from oio.errors import OioError
+from oio.homing import Homing
+from oio.places import whole
+from oio.records import Array, nanoseconds, seconds
+from oio.safety import HOST, NOSE, Guard, Safety
+
+REST_S = 0.02  # at a time, so that the thread can end
+HEALTH_EVERY = 20  # rounds; of one servo after the other
+STRAYED_RAD = math.radians(5.0)  # an arm that comes back so far from where it was held was moved by hand
+
+
+class ServoArm:
+    """All joints, locked ones too: they are held at home."""
+
+    key = "backend.arm"
+
+    def __init__(
+        self, bus: Bus, arm: Arm, safety: Safety, homing: Homing, mailbox: Mailbox, clock: Clock, period_s: float, release: bool
+    ) -> None:
+        self._bus, self._arm, self._all, self._homing = bus, arm, whole(arm), homing
+        self._mailbox, self._clock, self._period_ns, self._release = mailbox, clock, nanoseconds(period_s), release
+        self.name, self.baud = bus.name, bus.baud
+        self._ids = list(range(1, len(arm.all_names) + 1))
+        self._locked = np.array(arm.home_rad[arm.dof :])
+        self._lock, self._guard = threading.Lock(), Guard(self._all, safety, period_s, arm.dof)
+        self._differences, self.rhythm, self._rounds, self._begun = Differences(), Rhythm(), 0, False
+        self._temperature, self._due_ns, self._lost, self._late = np.zeros(len(self._ids)), 0, 0, 0
+
+    def knock(self, wire: Wire) -> str | None:
+        """Models of the servos that answer."""
+        models = {servo: self._bus.ping(wire, servo) for servo in self._ids}
+        there = [f"{servo} {model}" for servo, model in models.items() if model]
+        return f"servos {', '.join(there)}" if there else None
+
+    def begin(self, wire: Wire) -> None:
+        """Hold where it stands. Raises OioError if it stands where it may not be: no one knows a safe way from there."""
+        missing = [servo for servo in self._ids if self._bus.ping(wire, servo) is None]
+        if missing:
+            raise NoAnswer(f"servo {missing[0]} of {len(self._ids)} does not answer")
+        self._bus.begin(wire, self._ids)
+        q = self._angles(self._bus.feel(wire, self._ids))
+        with self._lock:
+            if not self._begun or np.max(np.abs(q - self._guard.set_point(self._now_s()))) > STRAYED_RAD:
+                self._refuse_outside(q)
+                self._guard.begin(q)
+                self._begun = True
+            set_point = self._guard.set_point(self._now_s())
+        self._bus.goals(wire, self._ids, self._homing.counts(set_point, self._bus.counts_per_turn))
+        self._bus.torque(wire, self._ids, True)  # only now: an old goal would make it jump
+
+    def turn(self, wire: Wire) -> bool:
+        """Where it is, where it shall go; now and then how hot it is."""
+        wait_s = self._clock.host_s(seconds(self._due_ns - self._clock.now_ns()))
+        if wait_s > 0:
+            time.sleep(min(wait_s, REST_S))
+            return True
+        self._due_ns = max(self._due_ns, self._clock.now_ns() - self._period_ns) + self._period_ns
+        try:
+            asked_ns = self._clock.now_ns()
+            felt = self._bus.feel(wire, self._ids)
+            arrived_ns = self._clock.now_ns()
+            self._tell(felt, (asked_ns + arrived_ns) // 2, arrived_ns)
+            self._look_after(wire)
+        except NoAnswer:
+            self._lost += 1
+            raise
+        finally:
+            self._lead(wire)
+        return True
+
+    def end(self, wire: Wire) -> None:
+        """Stop where it is; it holds itself there unless it was asked to let go."""
+        if not self._begun:
+            return
+        with self._lock:
+            self._guard.stop("the run is over")
+            set_point = self._guard.set_point(self._now_s())
+        self._bus.goals(wire, self._ids, self._homing.counts(set_point, self._bus.counts_per_turn))
+        if self._release:
+            self._bus.torque(wire, self._ids, False)
+
+    def move(self, goal: Array, over_s: float) -> float:
+        """Begin a move of the unlocked joints to goal (n,) rad; seconds it takes. Raises what the guard refuses."""
+        with self._lock:
+            return self._guard.move(np.concatenate([goal, self._locked]), over_s, self._now_s())
+
+    def alive(self) -> None:
+        """The host asks for samples."""
+        with self._lock:
+            self._guard.alive(self._now_s(), HOST)
+
+    def stop(self, why: str) -> None:
+        """Hold, for good."""
+        with self._lock:
+            self._guard.stop(why)
+
+    @property
+    def held(self) -> str | None:
+        """Why it stands still for good, if it does."""
+        with self._lock:
+            return self._guard.held
+
+    def counts(self) -> Counts:
+        """Frames so far."""
+        f = self._bus.framer()
+        return Counter(good=f.good, corrupt=f.corrupt, skipped=f.skipped, lost=self._lost, rounds=self._rounds)
+
+    def _now_s(self) -> float:
+        return seconds(self._clock.now_ns())
+
+    def _angles(self, felt: Felt) -> Array:
+        return self._homing.angles(felt.counts, self._bus.counts_per_turn)
+
+    def _tell(self, felt: Felt, t_ns: int, arrived_ns: int) -> None:
+        self._rounds += 1
+        self.rhythm.beat(t_ns)
+        state = self._differences.state(t_ns, self._angles(felt)[: self._arm.dof])
+        self._mailbox.put(Arrived(state, arrived_ns))
+        with self._lock:
+            self._guard.feel(seconds(t_ns), felt.load, self._temperature)
+
+    def _look_after(self, wire: Wire) -> None:
+        if self._rounds % HEALTH_EVERY == 0:
+            i = (self._rounds // HEALTH_EVERY) % len(self._ids)
+            self._temperature[i] = self._bus.health(wire, self._ids[i])[0]
+
+    def _lead(self, wire: Wire) -> None:
+        with self._lock:
+            if self._mailbox.gas_ns is not None:
+                self._guard.alive(seconds(self._mailbox.gas_ns), NOSE)
+            set_point = self._guard.set_point(self._now_s())
+        self._bus.goals(wire, self._ids, self._homing.counts(set_point, self._bus.counts_per_turn))
+
+    def _refuse_outside(self, q: Array) -> None:
+        if not self._all.inside(q):
+            degrees = ", ".join(f"{name} {math.degrees(angle):.0f}" for name, angle in zip(self._all.all_names, q, strict=True))
+            home = ", ".join(f"{math.degrees(angle):.0f}" for angle in self._all.home_rad)
+            raise OioError(
+                f"the arm stands at {degrees} degrees, nose at {np.round(self._all.nose(q), 2).tolist()} m, where it may not be. It was "
+                f"not switched on. Put it by hand near its home ({home} degrees) and start again; if it stands there, home it anew "
+                f"(python -m hardware.home)."
+            )

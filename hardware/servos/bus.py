@@ -1,0 +1,78 @@
+"""What the arm asks of its servos, whoever made them."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.links.asking import Framer, drained
+from hardware.links.port import NoAnswer, Wire
+from oio.records import Array
+
+Positions = NDArray[np.int64]
+P = TypeVar("P")
+ANSWER_S = 0.03  # host seconds for all servos: 0.7 ms of wire time, return delays, and a busy host
+
+
+@dataclass(frozen=True, slots=True)
+class Felt:
+    """One look at all servos: counts (n,), load (n,) as a fraction of the most."""
+
+    counts: Positions
+    load: Array
+
+
+class Bus(Protocol):
+    """Servos at one wire. Everything raises Unplugged or NoAnswer."""
+
+    name: str  # as typed after backend.arm.driver=
+    baud: int
+    counts_per_turn: int
+    middle: int  # counts of a joint's zero where nothing was homed
+
+    def ping(self, wire: Wire, servo: int) -> str | None:
+        """Its model, or None."""
+        ...
+
+    def begin(self, wire: Wire, ids: Sequence[int]) -> None:
+        """Position mode, answers without delay."""
+        ...
+
+    def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
+        """Where all are, and what they carry."""
+        ...
+
+    def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
+        """Where all shall go; nobody answers."""
+        ...
+
+    def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
+        """Hold, or let go."""
+        ...
+
+    def health(self, wire: Wire, servo: int) -> tuple[float, float]:
+        """Temperature [degC] and voltage [V] of one."""
+        ...
+
+    def framer(self) -> Framer[Any]:
+        """Whose counts are those of the wire."""
+        ...
+
+
+def answers(wire: Wire, question: bytes, framer: Framer[P], ids: Sequence[int], of: Callable[[P], int | None]) -> list[P]:
+    """One packet of each servo, in the order of `ids`; `of` says whose answer a packet is. Raises NoAnswer if one is missing."""
+    drained(wire, framer)
+    wire.write(question)
+    until_s, heard = time.monotonic() + ANSWER_S, dict[int, P]()
+    while len(heard) < len(ids) and (left_s := until_s - time.monotonic()) > 0:
+        for packet in framer.feed(wire.read(left_s)):
+            servo = of(packet)
+            if servo is not None and servo in ids:
+                heard[servo] = packet
+    missing = [servo for servo in ids if servo not in heard]
+    if missing:
+        raise NoAnswer(f"servo {missing[0]} does not answer")
+    return [heard[servo] for servo in ids]

@@ -1,0 +1,83 @@
+"""Dynamixel X series, protocol 2.0, at 1 Mbaud."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hardware.links.port import NoAnswer, Wire
+from hardware.servos.bus import Felt, Positions, answers
+from hardware.wire import dynamixel
+
+LIMIT = dynamixel.Register(38, 2)  # of the current, in the unit of PRESENT_CURRENT
+PRESENT = dynamixel.Register(dynamixel.PRESENT_CURRENT.address, 10)  # current, velocity, position
+HEALTH = dynamixel.Register(dynamixel.PRESENT_VOLTAGE.address, 3)  # voltage, temperature
+POSITION_MODE = 3
+STATUS = 0x55
+
+
+class Dynamixel:
+    """A bus of X-series servos."""
+
+    name, baud, counts_per_turn, middle = "dynamixel", 1_000_000, dynamixel.TICKS_PER_TURN, 2048
+
+    def __init__(self) -> None:
+        self._packets, self._most = dynamixel.Packets(), dict[int, int]()
+
+    def framer(self) -> dynamixel.Packets:
+        """See `Bus`."""
+        return self._packets
+
+    def ping(self, wire: Wire, servo: int) -> str | None:
+        """See `Bus`."""
+        try:
+            return f"model {self._number(self._read(wire, servo, dynamixel.MODEL))}"
+        except NoAnswer:
+            return None
+
+    def begin(self, wire: Wire, ids: Sequence[int]) -> None:
+        """See `Bus`. EEPROM is written only where it differs, and only without torque."""
+        for servo in ids:
+            for register, wanted in ((dynamixel.RETURN_DELAY, 0), (dynamixel.OPERATING_MODE, POSITION_MODE)):
+                if self._number(self._read(wire, servo, register)) != wanted:
+                    self._write(wire, servo, dynamixel.TORQUE_ENABLE, 0)
+                    self._write(wire, servo, register, wanted)
+            self._most[servo] = max(self._number(self._read(wire, servo, LIMIT)), 1)
+
+    def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
+        """See `Bus`; load is the current over the current limit."""
+        question = dynamixel.sync_read(*PRESENT, ids)
+        packets = answers(wire, question, self._packets, ids, lambda p: self._whose(p, PRESENT.length))
+        fields = [np.frombuffer(p.params, dtype=[("current", "<i2"), ("velocity", "<i4"), ("position", "<i4")])[0] for p in packets]
+        load = np.array([abs(int(f["current"])) / self._most[s] for f, s in zip(fields, ids, strict=True)])
+        return Felt(np.array([int(f["position"]) for f in fields]), load)
+
+    def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
+        """See `Bus`."""
+        data = {servo: int(count).to_bytes(4, "little", signed=True) for servo, count in zip(ids, counts, strict=True)}
+        wire.write(dynamixel.sync_write(dynamixel.GOAL_POSITION.address, data))
+
+    def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
+        """See `Bus`."""
+        for servo in ids:
+            self._write(wire, servo, dynamixel.TORQUE_ENABLE, int(on))
+
+    def health(self, wire: Wire, servo: int) -> tuple[float, float]:
+        """See `Bus`."""
+        data = self._read(wire, servo, HEALTH)
+        return float(data[2]), 0.1 * int.from_bytes(data[:2], "little")
+
+    def _read(self, wire: Wire, servo: int, register: dynamixel.Register) -> bytes:
+        question = dynamixel.read(servo, *register)
+        return answers(wire, question, self._packets, [servo], lambda p: self._whose(p, register.length))[0].params
+
+    def _write(self, wire: Wire, servo: int, register: dynamixel.Register, value: int) -> None:
+        question = dynamixel.write(servo, register.address, value.to_bytes(register.length, "little"))
+        answers(wire, question, self._packets, [servo], lambda p: self._whose(p, 0))
+
+    @staticmethod
+    def _whose(packet: dynamixel.Packet, length: int) -> int | None:
+        return packet.id if packet.instruction == STATUS and len(packet.params) == length else None
+
+    @staticmethod
+    def _number(data: bytes) -> int:
+        return int.from_bytes(data, "little")

@@ -1,0 +1,82 @@
+"""Feetech STS3215 at 1 Mbaud."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hardware.links.port import NoAnswer, Wire
+from hardware.servos.bus import Felt, Positions, answers
+from hardware.wire import sts
+
+PRESENT = sts.Register(sts.PRESENT_POSITION.address, 6)  # position, velocity, load
+HEALTH = sts.Register(sts.PRESENT_VOLTAGE.address, 2)  # voltage, temperature
+MODELS = {sts.STS3215_MODEL: "STS3215"}
+POSITION_MODE = 0
+SIGN_POSITION, SIGN_LOAD = 15, 10  # bit of the sign; values are magnitudes
+LOAD_FULL = 1000.0  # 0.1 %
+
+
+class Feetech:
+    """The bus of the SO-101."""
+
+    name, baud, counts_per_turn, middle = "feetech", 1_000_000, sts.TICKS_PER_TURN, 2048
+
+    def __init__(self) -> None:
+        self._packets = sts.Packets()
+
+    def framer(self) -> sts.Packets:
+        """See `Bus`."""
+        return self._packets
+
+    def ping(self, wire: Wire, servo: int) -> str | None:
+        """See `Bus`."""
+        try:
+            model = self._number(self._read(wire, servo, sts.MODEL))
+        except NoAnswer:
+            return None
+        return MODELS.get(model, f"model {model}")
+
+    def begin(self, wire: Wire, ids: Sequence[int]) -> None:
+        """See `Bus`. EPROM is written only where it differs: it wears."""
+        for servo in ids:
+            for register, wanted in ((sts.RETURN_DELAY, 0), (sts.MODE, POSITION_MODE)):
+                if self._number(self._read(wire, servo, register)) != wanted:
+                    self._write(wire, servo, sts.TORQUE_ENABLE, 0)
+                    self._write(wire, servo, sts.LOCK, 0)
+                    self._write(wire, servo, register, wanted)
+                    self._write(wire, servo, sts.LOCK, 1)
+
+    def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
+        """See `Bus`."""
+        question = sts.sync_read(*PRESENT, ids)
+        packets = answers(wire, question, self._packets, ids, lambda p: p.id if len(p.params) == PRESENT.length else None)
+        words = np.array([np.frombuffer(p.params, dtype="<u2") for p in packets], dtype=np.int64)
+        counts = [sts.signed(int(w), SIGN_POSITION) for w in words[:, 0]]
+        return Felt(np.array(counts), np.array([abs(sts.signed(int(w), SIGN_LOAD)) for w in words[:, 2]]) / LOAD_FULL)
+
+    def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
+        """See `Bus`."""
+        data = {s: sts.magnitude(int(c), SIGN_POSITION).to_bytes(2, "little") for s, c in zip(ids, counts, strict=True)}
+        wire.write(sts.sync_write(sts.GOAL_POSITION.address, data))
+
+    def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
+        """See `Bus`."""
+        for servo in ids:
+            self._write(wire, servo, sts.TORQUE_ENABLE, int(on))
+
+    def health(self, wire: Wire, servo: int) -> tuple[float, float]:
+        """See `Bus`."""
+        voltage, temperature = self._read(wire, servo, HEALTH)
+        return float(temperature), 0.1 * voltage
+
+    def _read(self, wire: Wire, servo: int, register: sts.Register) -> bytes:
+        question = sts.read(servo, *register)
+        return answers(wire, question, self._packets, [servo], lambda p: p.id if len(p.params) == register.length else None)[0].params
+
+    def _write(self, wire: Wire, servo: int, register: sts.Register, value: int) -> None:
+        question = sts.write(servo, register.address, value.to_bytes(register.length, "little"))
+        answers(wire, question, self._packets, [servo], lambda p: p.id if not p.params else None)
+
+    @staticmethod
+    def _number(data: bytes) -> int:
+        return int.from_bytes(data, "little")
