@@ -135,6 +135,8 @@ class Packets(Sized[Packet]):
         if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
             return None
         body = raw[7:-2].replace(_STUFFED, _PLAIN)
+        if body.replace(_PLAIN, _STUFFED) != raw[7:-2]:  # a head stands within
+            return None
         if body[0] != STATUS:
             return Packet(raw[4], body[0], 0, body[1:])
         return Packet(raw[4], STATUS, body[1], body[2:]) if len(body) > 1 else None

@@ -43,12 +43,10 @@ def _enclosed(content: bytes) -> bytes:
 
 
 def _content(raw: bytes, head: int) -> bytes | None:
-    """What was enclosed, without the check; None unless length and check are right. `head` counts the bytes before the data."""
-    if raw[-1] == ESCAPE:  # cut short within a pair
-        return None
-    content = _ESCAPED.sub(lambda found: bytes((found[1][0] ^ TURN,)), raw)
-    whole = len(content) > head and len(content) == head + content[head - 1] + 1
-    return content[:-1] if whole and sum(content) & 0xFF == 0xFF else None
+    """What was enclosed, without the check; None unless length, check and escapes are right. `head` counts the bytes before the data."""
+    content = _ESCAPED.sub(lambda found: bytes((found[1][0] ^ TURN,)), raw)[:-1]
+    whole = len(content) >= head and len(content) == head + content[head - 1]
+    return content if whole and _enclosed(content)[1:-1] == raw else None
 
 
 class _Frames(Marked[Frame]):
