@@ -1,0 +1,111 @@
+"""`python -m hardware.emulate nose=scd30 arm=feetech air=draft`: devices at ptys, until Ctrl-C. Exit code 2 for bad input."""
+
+import os
+import select
+import shlex
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")  # before numpy: threads of a library would take the host's CPU for small matrices
+
+import hydra  # noqa: E402
+from hydra.utils import instantiate  # noqa: E402
+
+import oio  # noqa: E402
+from hardware.backends.mujoco_sim import MujocoSim  # noqa: E402
+from hardware.emulators import choice, faults  # noqa: E402
+from hardware.emulators.bench import Emulated, emulated  # noqa: E402
+from oio.arm import ROOT  # noqa: E402
+from oio.refusals import as_known  # noqa: E402
+
+CONF = next((path for path in (ROOT / "conf", Path(oio.__file__).parent / "conf") if path.is_dir()), ROOT / "conf")
+KEYS = CONF / "emulate.yaml"
+TOLD = ("sensor", "dof", "seed", "air", "source.position")  # what the command line to paste says in any case
+HEADER = """Devices that speak the real wire, with the simulated bench behind them.
+
+  python -m hardware.emulate                                    an SCD30 and a Feetech arm
+  python -m hardware.emulate nose=line sensor=mox_mq arm=none   one sensor at a microcontroller
+  python -m hardware.emulate faults=nose.unplug@20:3+arm.noise@31
+
+When it is up it prints the command line that connects to it. Ctrl-C ends it.
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Serve; returns the exit code."""
+    try:
+        return _run(sys.argv[1:] if arguments is None else arguments)
+    except Exception as error:
+        known = as_known(error, CONF)
+        if known is None or os.environ.get("OIO_FULL_ERROR") == "1":
+            raise
+        sys.stderr.write(f"oio: {known}\n")
+        return known.exit_code
+
+
+def _run(arguments: Sequence[str]) -> int:
+    if {"--help", "-h"} & set(arguments):
+        sys.stdout.write(_help())
+        return 0
+    chosen, overrides = choice.read(arguments, KEYS)
+    stopped = _stopped()
+    cfg = _composed(overrides)
+    sim: MujocoSim = instantiate(cfg.backend)
+    with emulated(chosen, sim) as bench:
+        sys.stdout.write(f"{_connect(chosen, cfg, overrides, bench)}\n")
+        sys.stdout.flush()
+        bench.loop.run(lambda: stopped() or (chosen.until_eof and _at_eof()))
+        slipped_s = bench.loop.lab.slipped_s
+    if slipped_s > 0:
+        sys.stderr.write(f"oio: the bench could not keep up and gave up {slipped_s:.1f} s; type a lower speed=.\n")
+    return 0
+
+
+def _composed(overrides: list[str]) -> Any:
+    with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
+        return hydra.compose("config", overrides)
+
+
+def _stopped() -> Callable[[], bool]:
+    """Whether Ctrl-C or SIGTERM came, from now on."""
+    asked = list[int]()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, frame: asked.append(number))
+    return lambda: bool(asked)
+
+
+def _at_eof() -> bool:
+    return bool(select.select([sys.stdin], [], [], 0.0)[0]) and not os.read(sys.stdin.fileno(), 4096)
+
+
+def _connect(chosen: choice.Choice, cfg: Any, overrides: Sequence[str], bench: Emulated) -> str:
+    """The command line to paste."""
+    words = ["backend=serial", f"sensor={cfg.sensor.name}", f"dof={cfg.dof}", f"seed={cfg.seed}", f"air={cfg.air.name}"]
+    words += [word for word in overrides if word.partition("=")[0] not in TOLD and not word.startswith("backend.")]
+    for key in ("nose", "arm", "valve"):
+        words.append(f"backend.{key}.driver={getattr(chosen, key)}")
+        words += [f"backend.{key}.port={bench.ports[key]}"] if key in bench.ports else []
+    words += [f"backend.speed={chosen.speed:g}", _position("source", bench)]
+    words += [_position("beacon", bench)] if cfg.beacon.position is None else []
+    return "python -m oio.run " + shlex.join(words)
+
+
+def _position(source: str, bench: Emulated) -> str:
+    place = bench.plant.places[source]
+    assert place is not None
+    return f"{source}.position=[{','.join(f'{x:.6f}' for x in place)}]"
+
+
+def _help() -> str:
+    kinds = faults.kinds("line", "feetech")
+    told = "\n".join(f"  {device}.{kind:<10} {text}" for device, each in kinds.items() for kind, text in each.items())
+    own = KEYS.read_text(encoding="utf-8").rstrip()
+    return f"{HEADER}\n{own}\n\nFaults (clock: with nose=line alone):\n{told}\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+"""What can be wrong with a device, and when: `nose.unplug@20:3+arm.noise@31`, or `random:SEED`."""
+
+import math
+import re
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from oio.errors import BadInput
+
+WIRE = {
+    "noise": "random bytes, alone and within what it says",
+    "cut": "what it says is cut short",
+    "checksum": "one bit of what it says is turned",
+    "busy": "it hears nothing and says nothing",
+    "unplug": "its port goes away, and comes back under the same name; a nose has lost its settings then",
+}
+NOSE = {
+    "stuck": "the value repeats",
+    "saturated": "the value is at its rail",
+    "nack": "it refuses whatever it is asked",
+}
+CLOCK = {"clock": "its milliseconds jump ahead by 10 s, and back at the end"}
+ARM = {
+    "stuck": "positions repeat",
+    "saturated": "loads are at their most",
+    "nack": "it refuses whatever it is asked",
+    "hot": "the second servo heats up past its limit, and lets go",
+}
+EXAMPLE = "faults=nose.unplug@20:3+arm.noise@31"
+
+
+def kinds(nose: str, arm: str) -> dict[str, dict[str, str]]:
+    """What each device can have, with a sentence for each, by driver."""
+    noses = {**WIRE, **NOSE, **(CLOCK if nose == "line" else {})}
+    return {"nose": noses} if arm == "none" else {"nose": noses, "arm": {**WIRE, **ARM}}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One trouble of one device, in seconds of the world."""
+
+    device: str
+    kind: str
+    at_s: float
+    for_s: float
+
+
+@dataclass(frozen=True)
+class Chance:
+    """How random schedules are drawn."""
+
+    count: int
+    within_s: float
+    longest_s: float
+
+
+def read(text: str, allowed: Mapping[str, Collection[str]], for_s: float, chance: Chance) -> tuple[Fault, ...]:
+    """The schedule; `for_s` is how long a fault lasts that does not say so. Raises BadInput."""
+    if text.startswith("random:"):
+        return _drawn(text, allowed, chance)
+    return tuple(_fault(word, allowed, for_s) for word in text.split("+"))
+
+
+def _fault(word: str, allowed: Mapping[str, Collection[str]], for_s: float) -> Fault:
+    found = re.fullmatch(r"(\w+)\.(\w+)@(\d+(?:\.\d+)?)(?::(\d+(?:\.\d+)?))?", word, re.ASCII)
+    if found is None:
+        raise BadInput(f"faults={word} was given, but a fault is DEVICE.KIND@SECONDS[:DURATION], or random:SEED. Type e.g. {EXAMPLE}.")
+    device, kind = found[1], found[2]
+    if device not in allowed:
+        raise BadInput(f"faults={word} was given, but what is emulated is {', '.join(allowed)}. Type e.g. {EXAMPLE}.")
+    if kind not in allowed[device]:
+        raise BadInput(f"faults={word} was given, but the {device} can have {', '.join(allowed[device])}. Type e.g. {EXAMPLE}.")
+    return Fault(device, kind, float(found[3]), for_s if found[4] is None else float(found[4]))
+
+
+def _drawn(text: str, allowed: Mapping[str, Collection[str]], chance: Chance) -> tuple[Fault, ...]:
+    seed = text.removeprefix("random:")
+    if not (seed.isascii() and seed.isdecimal()):
+        raise BadInput(f"faults={text} was given, but a seed is a whole number, 0 or more. Type e.g. faults=random:7.")
+    rng = np.random.default_rng(int(seed))
+    choices = [(device, kind) for device, kinds in allowed.items() for kind in kinds]
+    return tuple(_random(rng, choices, chance) for _ in range(chance.count))
+
+
+def _random(rng: np.random.Generator, choices: list[tuple[str, str]], chance: Chance) -> Fault:
+    """As many short ones as long ones: durations are even in their logarithm."""
+    device, kind = choices[int(rng.integers(len(choices)))]
+    for_s = math.exp(rng.uniform(math.log(0.01 * chance.longest_s), math.log(chance.longest_s)))
+    return Fault(device, kind, round(float(rng.uniform(0.0, chance.within_s)), 2), round(for_s, 2))
+
+
+def now(faults: Iterable[Fault], device: str, t_s: float) -> set[str]:
+    """The kinds that a device has at t_s."""
+    return {fault.kind for fault in faults if fault.device == device and fault.at_s <= t_s < fault.at_s + fault.for_s}
+
+
+def spoilt(data: bytes, trouble: Collection[str], rng: np.random.Generator) -> bytes:
+    """What is left of a message on a wire in trouble."""
+    if "checksum" in trouble:
+        at = int(rng.integers(len(data)))
+        data = data[:at] + bytes((data[at] ^ 1 << int(rng.integers(8)),)) + data[at + 1 :]
+    if "cut" in trouble:
+        data = data[: int(rng.integers(len(data)))]
+    if "noise" in trouble:
+        at = int(rng.integers(len(data) + 1))
+        data = data[:at] + rng.bytes(int(rng.integers(1, 9))) + data[at:]
+    return data
