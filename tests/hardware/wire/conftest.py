@@ -188,3 +188,52 @@ def sized(request: pytest.FixtureRequest) -> Codec:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(20260)
+
+
+class Wire:
+    """A serial port without a wire: what is written is remembered, and answered at once. Enough of pyserial for the vendors' stacks."""
+
+    baudrate, timeout, port, name, is_open, in_waiting = 10**6, 0.0, "wire", "wire", True, 0
+
+    def __init__(self, answer: Callable[[bytes], bytes] = lambda data: b"") -> None:
+        self.answer, self.sent, self._waiting = answer, b"", b""
+
+    def write(self, data: Any) -> int:
+        self.sent += bytes(data)
+        self._waiting += self.answer(bytes(data))
+        return len(data)
+
+    def read(self, size: int = 1) -> bytes:
+        data, self._waiting = self._waiting[:size], self._waiting[size:]
+        return data
+
+    def inWaiting(self) -> int:
+        return len(self._waiting)
+
+    def nothing(self) -> None:
+        """What a port without buffers has to do."""
+
+    open = close = flush = flushInput = reset_input_buffer = reset_output_buffer = nothing
+
+
+class ServoWire(Wire):
+    """The same as the port object of the servos' SDKs, which are alike; a reply is there at once or never."""
+
+    is_using = False
+    clearPort, writePort, readPort = Wire.flush, Wire.write, Wire.read
+
+    def setPacketTimeout(self, length: int) -> None:
+        """No clock."""
+
+    def isPacketTimeout(self) -> bool:
+        return not self._waiting
+
+
+@pytest.fixture(scope="session")
+def wire() -> type[Wire]:
+    return Wire
+
+
+@pytest.fixture(scope="session")
+def servo_wire() -> type[ServoWire]:
+    return ServoWire

@@ -128,7 +128,8 @@ def test_what_is_no_command_arrives_so_that_it_can_be_refused(sent, got):
     lambda: scd4x.transceive(0x62, bytes(241), 0, 0), lambda: scd4x.measured((1, 2)),
     lambda: sts.ping(255), lambda: sts.instruction(1, 3, bytes(249)), lambda: sts.sync_write(42, {1: b"a", 2: b"ab"}),
     lambda: sts.sync_write(42, {}), lambda: dynamixel.ping(253), lambda: dynamixel.ping(255), lambda: dynamixel.write(1, 0, bytes(1013)),
-    lambda: dynamixel.sync_write(116, {1: b"a", 2: b"ab"}), lambda: line.sentence(), lambda: line.sentence("a,b"), lambda: line.sentence("a*"),
+    lambda: dynamixel.sync_write(116, {1: b"a", 2: b"ab"}),
+    lambda: line.sentence(), lambda: line.sentence("a,b"), lambda: line.sentence("a*"),
     lambda: line.sentence("$"), lambda: line.sentence("\n"), lambda: line.sentence("ä"), lambda: line.sentence("x" * 77),
     lambda: line.command(""), lambda: line.command("x" * 17), lambda: line.command("A\n"),
 ])  # fmt: skip
