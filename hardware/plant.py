@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from hardware.encoders import Encoders
 from oio.errors import BadInput, OioError
 from oio.records import Array, Truth, nanoseconds, seconds
 
@@ -19,12 +20,15 @@ if TYPE_CHECKING:
 
 
 class Plant:
-    """Live. Time is counted in ticks of `sim.joint_period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in."""
+    """Live. Time is counted in ticks of `sim.joint_period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in.
+
+    `feels`: `load` is wanted, which costs a tenth of a tick.
+    """
 
     _SAG_S = 1.0  # to sag into the servos and the free play
 
-    def __init__(self, sim: "MujocoSim", warned: list[str]) -> None:
-        self._sim, self._warned, self._ticks = sim, warned, 0
+    def __init__(self, sim: "MujocoSim", warned: list[str], feels: bool = False) -> None:
+        self._sim, self._warned, self._feels, self._ticks = sim, warned, feels, 0
         self._model, self.mjcf = sim.model()
         self._data = mujoco.MjData(self._model)
         self.tick_ns, self._substeps = nanoseconds(sim.joint_period_s), _substeps(sim.joint_period_s, self._model.opt.timestep)
@@ -46,6 +50,7 @@ class Plant:
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._servos = np.array([self._model.actuator(name).id for name in arm.names])
         self._nose_m, self._angles, self._ctrl = self._data.site("nose").xpos, self._data.qpos, self._data.ctrl  # views of the live data
+        self._torque = np.zeros(arm.dof)
         self._stand_still()
 
     def _stand_still(self) -> None:
@@ -56,12 +61,23 @@ class Plant:
         self._data.time = 0.0
 
     def _step(self, count: int) -> None:
-        mujoco.mj_step(self._model, self._data, nstep=count)
+        if self._feels:
+            self._torque = self._stepped(count)
+        else:
+            mujoco.mj_step(self._model, self._data, nstep=count)
         if self._warned:  # MuJoCo itself would go on, after bad numbers from the pose of the MJCF
             raise OioError(
                 f"the physics of {self._sim.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
                 f"Check masses, gains and timestep of the MJCF; a smaller timestep or arm.joint_speed may do."
             )
+
+    def _stepped(self, count: int) -> Array:
+        """The same steps; the servos' mean torque (n,): after a step of the set-point it goes from one end of their range to the other."""
+        torque = np.zeros(len(self._servos))
+        for _ in range(count):
+            mujoco.mj_step(self._model, self._data)
+            torque += self._data.actuator_force[self._servos]
+        return torque / count
 
     @property
     def t_ns(self) -> int:
@@ -104,9 +120,9 @@ class Plant:
         return np.asarray(self._angles[self._joints] + self._encoders.offset)
 
     def load(self) -> Array:
-        """Torque of the servos over what they can do (n,), -1 to 1; zero where the MJCF sets no limit."""
+        """Torque of the servos, the mean of the last tick, over what they can do (n,), -1 to 1; zero where the MJCF sets no limit."""
         limit = np.max(np.abs(self._model.actuator_forcerange[self._servos]), axis=1)
-        return np.asarray(self._data.actuator_force[self._servos] / np.where(limit > 0, limit, np.inf))
+        return np.asarray(self._torque / np.where(limit > 0, limit, np.inf))
 
     def raw(self, element: int) -> float:
         """What the sensor's electronics put on the wire now."""
@@ -117,30 +133,6 @@ class Plant:
         place = self.places[self._open]
         source = np.full(3, np.nan) if place is None else place
         return Truth(self.t_ns, self._angles[self._joints], self._nose_m, source, self._ppm)
-
-
-class Encoders:
-    """Counts with a drift 1/2 a t^2 and a homing offset."""
-
-    def __init__(self, accel: Array, homing: Array, step_rad: float) -> None:
-        self._half_accel, self._homing, self._step = 0.5 * accel, homing, step_rad
-        self.offset = homing  # what the encoders add to the joint angles now (n,) rad
-
-    @classmethod
-    def drawn(cls, sim: "MujocoSim") -> "Encoders":
-        """Those of one arm."""
-        arm, n = sim.arm, sim.arm.dof
-        accel = math.radians(arm.encoder_drift_deg_s2) * sim.seeds.rng("truth", "drift").uniform(-1, 1, n)
-        homing = math.radians(arm.homing_offset_deg) * sim.seeds.rng("truth", "homing").standard_normal(n)
-        return cls(accel, homing, 2 * math.pi / sim.encoder_counts)
-
-    def drift(self, t_s: float) -> None:
-        """As far as they have drifted by t_s."""
-        self.offset = self._homing + self._half_accel * (t_s * t_s)
-
-    def read(self, q_true: Array) -> Array:
-        """Quantised angles (n,) rad."""
-        return np.asarray(np.rint((q_true + self.offset) / self._step) * self._step)
 
 
 def _substeps(period_s: float, timestep_s: float) -> int:

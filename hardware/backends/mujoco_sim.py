@@ -52,12 +52,12 @@ class MujocoSim:
             yield Bench(self, plant)
 
     @contextlib.contextmanager
-    def plant(self) -> Iterator[Plant]:
-        """Load the physics, place the sources, switch the sensor on."""
+    def plant(self, feels: bool = False) -> Iterator[Plant]:
+        """Load the physics, place the sources, switch the sensor on; with `feels` it tells the servos' load."""
         warned, before = list[str](), mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; raising in there would end the process
         try:
-            yield Plant(self, warned)
+            yield Plant(self, warned, feels)
         finally:
             mujoco.set_mju_user_warning(before)
 

@@ -39,7 +39,7 @@ def kinds(nose: str, arm: str) -> dict[str, dict[str, str]]:
 
 @dataclass(frozen=True)
 class Fault:
-    """One trouble of one device, in seconds of the world."""
+    """One trouble of one device, in seconds of the world since somebody first spoke to a device."""
 
     device: str
     kind: str

@@ -17,6 +17,7 @@ class Loop:
 
     def __init__(self, lab: Lab, served: Mapping[str, Served], agenda: Agenda, schedule: Sequence[Fault]) -> None:
         self.lab, self._served, self._agenda, self._schedule = lab, served, agenda, schedule
+        self._asked_s: float | None = None  # when somebody first spoke to a device, by the bench's clock: the schedule begins then
 
     def run(self, ended: Callable[[], bool]) -> None:
         """Until `ended` says so; it is asked at every tick."""
@@ -31,6 +32,7 @@ class Loop:
                 self._tick()
 
     def _hear(self, port: object) -> None:
+        self._asked_s = self.lab.tick_s if self._asked_s is None else self._asked_s
         next(served for served in self._served.values() if served.port is port).hear(time.monotonic())
 
     def _tick(self) -> None:
@@ -38,7 +40,8 @@ class Loop:
         t_s = self.lab.tick_s
         for name, served in self._served.items():
             served.trouble.clear()
-            served.trouble.update(faults.now(self._schedule, name, t_s))
+            if self._asked_s is not None:
+                served.trouble.update(faults.now(self._schedule, name, t_s - self._asked_s))
             served.tick(t_s, time.monotonic())
         self.lab.tick()
 
