@@ -187,6 +187,12 @@ def test_it_is_small(elf: Path) -> None:
     assert 0 < text + data < 8192
 
 
+def test_the_watchdog_is_stopped_before_memory_is_set_up(elf: Path) -> None:
+    lines = subprocess.run(["avr-nm", elf], check=True, capture_output=True, text=True).stdout.splitlines()
+    at = {name: int(address, 16) for address, _, name in map(str.split, lines)}
+    assert 0 < at["watchdog_off"] < at["__do_copy_data"]  # after a reset by the watchdog there are 16 ms to do so
+
+
 def test_it_says_who_it_is(board: Board) -> None:
     assert board.answer("ID") == IDENTITY
 
@@ -222,7 +228,7 @@ def test_every_line_has_one_answer_and_the_next_is_understood(board: Board, comm
 
 
 @pytest.mark.parametrize(
-    "command", ["P", "P19", "P10001", "P65556", "P4294967316", "P-20", "P20.0", "SC", "S", "SAA", "V3", "id", "0" * 17]
+    "command", ["P", "P19", "P10001", "P65556", "P4294967316", "P-20", "P20.0", "SC", "S", "SAA", "V3", "id", "P0000000000001000"]
 )
 def test_what_is_no_command_is_said_back(board: Board, command: str) -> None:
     assert board.answer(command) == ("NAK", command[:16])
@@ -288,6 +294,15 @@ def test_a_flood_of_commands_neither_wedges_it_nor_holds_reports_up(host: Path, 
     assert sum(s[0] == "NAK" for s in board.sentences) > 500
     assert board.broken == []
     assert max(np.diff(reports)) <= 120  # late by what it takes to make room for an answer
+
+
+def test_what_is_lost_spoils_its_command(host: Path, elf: Path) -> None:
+    with powered(host, elf) as board:
+        board.say(b"P0000000000050\n" * 300)  # its answer is twice as long: half of it cannot be taken
+        board.heard(0, is_report, 3)
+        answers = [s for s in board.sentences if not is_report(s)]
+    assert {s[:2] for s in answers if s[0] == "ACK"} == {("ACK", "P0000000000050")}  # never made of pieces of two
+    assert sum(s[0] == "NAK" for s in answers) > 10
 
 
 def test_a_loop_that_hangs_is_reset(host: Path, built_firmware: Callable[[str], Path]) -> None:
