@@ -3,6 +3,7 @@
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from hardware.wire import modbus
 from hardware.wire.framing import Sized
 
 
@@ -125,3 +126,9 @@ def test_one_spoilt_frame_counts_once_and_costs_no_other(codec, data):
     found, framer = read(codec, *raws)
     assume(len(found) < 3)  # the payload of the spoilt one held a good frame
     assert found == [frames[0], frames[2]] and framer.corrupt == 1
+
+
+def test_a_frame_may_begin_in_the_second_byte_of_a_false_head():
+    """An address that is a function too: 03 04 02 .. reads as 03 03 04 .. when a 03 comes before it."""
+    framer = modbus.Replies(3)
+    assert framer.feed(b"\x03" + modbus.read_reply(3, 4, [7])) + framer.quiet() == [modbus.Reply(4, (7,))]
