@@ -4,8 +4,6 @@ import contextlib
 import os
 from collections.abc import Iterator
 
-from oio.safety import Safety
-
 from hardware.backends.bench import Bench
 from hardware.links.clock import Clock
 from hardware.links.device import Device, Patience
@@ -18,9 +16,9 @@ from hardware.valves import ValvePort
 from oio import stopping
 from oio.arm import Arm
 from oio.errors import BadInput
-from oio.homing import Homing
 from oio.places import Source
 from oio.protocols import Sensor
+from oio.safety import Safety
 from oio.settings import in_range, settings
 
 HOMING_S = 3.0  # the first move, to the arm's home, takes so long at least
@@ -71,9 +69,7 @@ class SerialPort:
     def _servos(self, mailbox: Mailbox, clock: Clock) -> ServoArm | None:
         if self.arm.driver == NONE:
             return None
-        bus = self.arm.bus()
-        homing = self.kinematics.homed or Homing.nominal(len(self.kinematics.all_names), bus.middle)
-        return ServoArm(bus, self.kinematics, self.safety, homing, mailbox, clock, self.arm.period_s, self.arm.release)
+        return ServoArm(self.arm, self.kinematics, self.safety, mailbox, clock)
 
     def _refuse_hurry(self) -> None:
         """Real servos would be led `speed` times as fast."""

@@ -11,7 +11,9 @@ from hardware.links.clock import Clock
 from hardware.links.device import Counts
 from hardware.links.mailbox import Arrived, Mailbox
 from hardware.links.port import NoAnswer, Wire
-from hardware.servos.bus import Bus, Felt
+from hardware.servos import ArmPort
+from hardware.servos.astray import Astray
+from hardware.servos.bus import Felt
 from hardware.servos.differences import Differences
 from hardware.servos.rhythm import Rhythm
 from oio.arm import Arm
@@ -31,17 +33,17 @@ class ServoArm:
 
     key = "backend.arm"
 
-    def __init__(
-        self, bus: Bus, arm: Arm, safety: Safety, homing: Homing, mailbox: Mailbox, clock: Clock, period_s: float, release: bool
-    ) -> None:
-        self._bus, self._arm, self._all, self._homing = bus, arm, whole(arm), homing
-        self._mailbox, self._clock, self._period_ns, self._release = mailbox, clock, nanoseconds(period_s), release
+    def __init__(self, port: ArmPort, arm: Arm, safety: Safety, mailbox: Mailbox, clock: Clock) -> None:
+        self._bus, self._arm, self._all = (bus := port.bus()), arm, whole(arm)
+        self._homing = arm.homed or Homing.nominal(len(arm.all_names), bus.middle)
+        self._mailbox, self._clock, self._period_ns, self._release = mailbox, clock, nanoseconds(port.period_s), port.release
+        self._astray = Astray(arm.all_names, port.astray_deg, port.astray_s)
         self.name, self.baud = bus.name, bus.baud
         self._ids = list(range(1, len(arm.all_names) + 1))
         self._locked = np.array(arm.home_rad[arm.dof :])
-        self._lock, self._guard = threading.Lock(), Guard(self._all, safety, period_s, arm.dof)
+        self._lock, self._guard = threading.Lock(), Guard(self._all, safety, port.period_s, arm.dof)
         self._differences, self.rhythm, self._rounds, self._begun = Differences(), Rhythm(), 0, False
-        self._temperature, self._due_ns, self._lost, self._late = np.zeros(len(self._ids)), 0, 0, 0
+        self._temperature, self._due_ns, self._lost, self._led = np.zeros(len(self._ids)), 0, 0, self._all.home
 
     def knock(self, wire: Wire) -> str | None:
         """Models of the servos that answer."""
@@ -57,12 +59,12 @@ class ServoArm:
         self._bus.begin(wire, self._ids)
         q = self._angles(self._bus.feel(wire, self._ids))
         with self._lock:
-            if not self._begun or np.max(np.abs(q - self._guard.set_point(self._now_s()))) > STRAYED_RAD:
+            strayed = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > STRAYED_RAD
+            if not self._begun or (strayed and self._guard.held is None):  # what is held stays held
                 self._refuse_outside(q)
                 self._guard.begin(q)
                 self._begun = True
-            set_point = self._guard.set_point(self._now_s())
-        self._bus.goals(wire, self._ids, self._homing.counts(set_point, self._bus.counts_per_turn))
+        self._lead(wire)
         self._bus.torque(wire, self._ids, True)  # only now: an old goal would make it jump
 
     def turn(self, wire: Wire) -> bool:
@@ -91,8 +93,7 @@ class ServoArm:
             return
         with self._lock:
             self._guard.stop("the run is over")
-            set_point = self._guard.set_point(self._now_s())
-        self._bus.goals(wire, self._ids, self._homing.counts(set_point, self._bus.counts_per_turn))
+        self._lead(wire)
         if self._release:
             self._bus.torque(wire, self._ids, False)
 
@@ -131,10 +132,13 @@ class ServoArm:
     def _tell(self, felt: Felt, t_ns: int, arrived_ns: int) -> None:
         self._rounds += 1
         self.rhythm.beat(t_ns)
-        state = self._differences.state(t_ns, self._angles(felt)[: self._arm.dof])
-        self._mailbox.put(Arrived(state, arrived_ns))
+        q, t_s = self._angles(felt), seconds(t_ns)
+        self._mailbox.put(Arrived(self._differences.state(t_ns, q[: self._arm.dof]), arrived_ns))
+        astray = self._astray.feel(t_s, q, self._led)
         with self._lock:
-            self._guard.feel(seconds(t_ns), felt.load, self._temperature)
+            self._guard.feel(t_s, felt.load, self._temperature)
+            if astray is not None:
+                self._guard.stop(astray)
 
     def _look_after(self, wire: Wire) -> None:
         if self._rounds % HEALTH_EVERY == 0:
@@ -145,8 +149,8 @@ class ServoArm:
         with self._lock:
             if self._mailbox.gas_ns is not None:
                 self._guard.alive(seconds(self._mailbox.gas_ns), NOSE)
-            set_point = self._guard.set_point(self._now_s())
-        self._bus.goals(wire, self._ids, self._homing.counts(set_point, self._bus.counts_per_turn))
+            self._led = self._guard.set_point(self._now_s())
+        self._bus.goals(wire, self._ids, self._homing.counts(self._led, self._bus.counts_per_turn))
 
     def _refuse_outside(self, q: Array) -> None:
         if not self._all.inside(q):
