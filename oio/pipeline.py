@@ -15,6 +15,7 @@ from oio.errors import BadInput
 from oio.log import RunLog
 from oio.protocols import Sensor, Stage, World
 from oio.records import Array, Event, GasReading, GasSample, JointState, Sample
+from oio.ways import lasts_s, planned
 
 R = TypeVar("R")
 _SENSED = (JointState, GasSample)
@@ -46,7 +47,7 @@ class Watched:
                 yield sample
 
     def move(self, q_rad: Array) -> float:
-        """Begin a smooth move to q_rad (n,); returns the seconds it takes. Raises BadInput for a goal out of limits."""
+        """Begin a smooth move to q_rad (n,); returns the seconds it takes. Raises BadInput for a goal out of limits or without a way."""
         goal = self._arm.checked(q_rad)
         over_s = self.move_s(goal)
         self._log.write(Event(self.t_ns, "move", move_text(goal, over_s)))
@@ -54,8 +55,8 @@ class Watched:
         return self._world.move(goal, over_s)
 
     def move_s(self, q_rad: Array) -> float:
-        """Seconds that a move to q_rad (n,) would take."""
-        return max(float(self._arm.duration_s(self._goal, q_rad)), 0.1)
+        """Seconds that a move to q_rad (n,) would take. Raises BadInput if there is no way on which the nose stays in its box."""
+        return lasts_s(planned(self._arm, self._goal, q_rad))
 
     def present(self, source: str) -> None:
         """Open one gas source: `none`, `beacon` or `source`."""

@@ -11,7 +11,8 @@ from oio.errors import BadInput, OioError
 
 # Fields of backends and stages that are filled by interpolation, and the key that they come from.
 GIVEN = {
-    name: name for name in ("arm", "sensor", "air", "beacon", "source", "seeds", "recording", "belief_map", "wander", "nominal", "stop")
+    name: name
+    for name in ("arm", "sensor", "air", "beacon", "source", "seeds", "recording", "belief_map", "wander", "nominal", "stop", "safety")
 }
 GIVEN |= {"estimator": "ekf", "strategy": "search", "law": "range", "rule": "bout"}
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)

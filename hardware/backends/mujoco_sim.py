@@ -12,11 +12,11 @@ import mujoco
 import numpy as np
 
 from hardware.plant import Plant
-from oio.arm import Arm, smooth
-from oio.errors import BadInput
+from oio.arm import Arm
 from oio.places import Source
 from oio.protocols import Air, Sensor
 from oio.records import Array, GasSample, JointState, WorldSample, nanoseconds, seconds
+from oio.safety import HOST, NOSE, Guard, Safety
 from oio.seeds import Seeds
 from oio.settings import in_range, settings
 
@@ -30,6 +30,7 @@ class MujocoSim:
     air: Air
     beacon: Source
     source: Source
+    safety: Safety
     background_ppm: float
     emission_ml_s: float
     joint_period_s: float  # joints are logged this often
@@ -47,9 +48,13 @@ class MujocoSim:
 
     @contextlib.contextmanager
     def open(self) -> Iterator["Bench"]:
-        """A plant, and what samples it in simulated time."""
+        """A plant, and what samples it in simulated time; the arm is held when it is closed, however that came."""
         with self.plant() as plant:
-            yield Bench(self, plant)
+            bench = Bench(self, plant)
+            try:
+                yield bench
+            finally:
+                bench.guard.stop("the run is over")
 
     @contextlib.contextmanager
     def plant(self, feels: bool = False) -> Iterator[Plant]:
@@ -83,8 +88,8 @@ class Bench:
         self._joints = _Joints(sim.joint_period_s, sim.arm.dof)
         self._sample_ns = self._gas_due_ns = nanoseconds(sim.sensor.sample_s)
         self._element, self._wire = 0, deque[GasSample]()  # taken, not sent yet
-        self._from, self._way = sim.arm.home, np.zeros(sim.arm.dof)
-        self._began_s, self._over_s = 0.0, 0.1
+        self.guard = Guard(sim.arm, sim.safety, sim.joint_period_s)
+        self.guard.begin(sim.arm.home)
 
     @property
     def mjcf(self) -> str:
@@ -97,14 +102,8 @@ class Bench:
         return self._plant.t_ns
 
     def move(self, q_rad: Array, over_s: float) -> float:
-        """Begin a minimum-jerk move from where the set-point is now; raises BadInput for a goal of another length or not finite."""
-        goal, n = np.array(q_rad, dtype=float), self._sim.arm.dof
-        if goal.shape != (n,) or not np.all(np.isfinite(goal)):
-            raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
-        self._from = self._set_point()
-        self._way = goal - self._from
-        self._began_s, self._over_s = seconds(self.t_ns), over_s
-        return over_s
+        """Begin a minimum-jerk move from where the set-point is now; raises what the guard refuses."""
+        return self.guard.move(q_rad, over_s, seconds(self.t_ns))
 
     def present(self, source: str) -> None:
         """Swap the source; the air of the old one is gone, the new plume stands."""
@@ -114,7 +113,7 @@ class Bench:
         """Run for `for_s`, rounded to whole control ticks."""
         plant, until_ns = self._plant, self.t_ns + nanoseconds(for_s)
         while plant.t_ns + plant.tick_ns <= until_ns:
-            plant.tick(self._set_point())
+            plant.tick(self._set_point(seconds(plant.t_ns)))
             yield self._joints.state(plant.t_ns, plant.encoders())
             due = plant.t_ns >= self._gas_due_ns
             if due or plant.ticks % self._sim.truth_every == 0:
@@ -124,13 +123,15 @@ class Bench:
             while self._wire and self._wire[0].t_ns + nanoseconds(self._sim.gas_delay_s) <= self.t_ns:
                 yield replace(self._wire.popleft(), t_ns=self.t_ns)
 
-    def _set_point(self) -> Array:
-        return self._from + smooth((seconds(self.t_ns) - self._began_s) / self._over_s) * self._way
+    def _set_point(self, t_s: float) -> Array:
+        self.guard.alive(t_s, HOST)  # time passes only while it asks
+        return self.guard.set_point(t_s)
 
     def _sniff(self) -> GasSample:
         sample = GasSample(self.t_ns, self._element, self._plant.raw(self._element))
         self._gas_due_ns += self._sample_ns
         self._element = (self._element + 1) % self._sim.sensor.elements
+        self.guard.alive(seconds(self.t_ns), NOSE)
         return sample
 
 

@@ -242,6 +242,38 @@ def test_a_goal_of_another_length_or_not_finite_is_refused_and_nothing_is_set(si
         assert digest(world.samples(0.5)) == digest(ran(bench, 0.5))
 
 
+def test_a_goal_under_the_table_is_refused_and_nothing_is_set(sim):
+    """In front of every backend: stages are not asked to check their commands."""
+    bench = sim(3)
+    with bench.open() as world:
+        world.present("none")
+        with pytest.raises(BadInput, match=r"nose at \[0.252, -0.066, -0.036\] m\) was asked for"):
+            world.move(bench.arm.home + 0.3, 1.0)
+        assert digest(world.samples(0.5)) == digest(ran(bench, 0.5))
+
+
+def test_a_move_that_is_too_fast_is_slowed_and_says_so(sim):
+    bench = sim(3)
+    goal = bench.arm.home + np.array([1.0, 0.1, 0.1])
+    with bench.open() as world:
+        world.present("none")
+        lasts_s = world.move(goal, 0.01)
+        assert lasts_s > 1.0
+        q = np.array([s.q for s in of(world.samples(lasts_s + 1.0), JointState)])
+    np.testing.assert_allclose(q[-1], goal, atol=0.01)
+    assert np.max(np.abs(np.diff(q, axis=0))) / 0.02 < 1.2 * bench.arm.joint_speed  # encoder counts are coarse
+
+
+def test_whoever_stops_the_run_stops_the_arm(sim):
+    """Ctrl-C, SIGTERM and errors leave the bench through the same door."""
+    opened = []
+    with pytest.raises(KeyboardInterrupt), sim(3).open() as world:
+        opened.append(world)
+        raise KeyboardInterrupt
+    with pytest.raises(OioError, match="held where it is: the run is over"):
+        opened[0].move(sim(3).arm.home, 1.0)
+
+
 def test_a_goal_that_is_changed_afterwards_changes_no_move(sim):
     bench = sim(3)
     goal = bench.arm.home + 0.1
@@ -334,7 +366,7 @@ def test_the_gas_is_not_ahead_of_the_nose(sim, tick_s):
 def test_on_a_move_through_a_plume_the_sensor_lags_behind_what_the_nose_felt(sim):
     """The lag of gas that goes evenly from tick to tick (first-order hold), within a tenth of what the gas of either end would miss by."""
     bench = smelling(sim(3))
-    samples = ran(bench, 0.5, [bench.arm.home + 0.3, bench.arm.home], "beacon", 1.0)
+    samples = ran(bench, 0.5, [bench.arm.home + np.array([0.3, 0.1, 0.1]), bench.arm.home], "beacon", 1.0)
     t_s, ppm = smelt(bench, samples)
     felt, d, dt_s = [bench.background_ppm, *(truth.ppm for truth in of(samples, Truth))], bench.sensor.dynamics, bench.joint_period_s
     even, ended = [0.5 * (felt[0] + felt[1])] * 2  # the first tick is where it begins

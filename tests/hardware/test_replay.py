@@ -153,7 +153,11 @@ def test_the_same_run_gets_the_same_groups_and_writes_the_same_log(
 
 def test_the_words_are_those_of_the_pipeline(tmp_path: Path) -> None:
     class Home:
-        home = np.zeros(1)
+        home, nose_limit_m_s = np.zeros(1), 1.0
+        box_low_m, box_high_m = (-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)
+
+        def nose(self, q_rad: Any) -> Any:
+            return np.zeros((*np.shape(q_rad)[:-1], 3))
 
         def checked(self, q_rad: Any) -> Any:
             return q_rad

@@ -1,0 +1,116 @@
+"""Ways: the nose stays in its box, all legs are joined, straight where that will do, and where there is none that is said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oio.errors import BadInput
+from oio.ways import SHORTEST_S, TOLERANCE_M, at, lasts_s, out_m, planned
+
+SEEDS = st.integers(0, 10_000)
+
+
+def noses(arm, way, count=400):
+    """Places (k, 3) along the way."""
+    return arm.nose(np.array([at(way, t_s) for t_s in np.linspace(0.0, lasts_s(way), count)]))
+
+
+def of(arm, seed):
+    return arm.random_poses(np.random.default_rng(seed), 2)
+
+
+def planned_or_none(arm, a, b, **more):
+    try:
+        return planned(arm, a, b, **more)
+    except BadInput:
+        return None
+
+
+@pytest.mark.parametrize("dof", [1, 2, 3, 5])
+def test_the_nose_stays_in_its_box_and_the_legs_are_joined(built, dof):
+    arm = built("arm", f"dof={dof}")
+
+    @given(SEEDS)
+    def stays(seed):
+        a, b = of(arm, seed)
+        way = planned_or_none(arm, a, b)
+        if way is None:
+            assert not arm.free(a, b)
+            return
+        assert out_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
+        np.testing.assert_array_equal(way[0].start, a)
+        for leg, after in zip(way, (*(leg.start for leg in way[1:]), b), strict=True):
+            np.testing.assert_allclose(leg.start + leg.turn, after, atol=1e-12)
+        np.testing.assert_allclose([at(way, 0.0), at(way, lasts_s(way))], [a, b], atol=1e-12)
+
+    stays()
+
+
+@given(SEEDS)
+def test_straight_where_that_will_do_in_the_time_the_arm_plans_to_the_bit(built, seed):
+    arm = built("arm", "dof=5")
+    a, b = of(arm, seed)
+    inside = out_m(arm, arm.nose(a + np.linspace(0.0, 1.0, 2001)[:, None] * (b - a))) <= 0.0
+    if inside:
+        (leg,) = planned(arm, a, b)
+        assert leg.over_s == max(float(arm.duration_s(a, b)), SHORTEST_S)
+        np.testing.assert_array_equal(leg.turn, b - a)
+
+
+def test_a_round_trip_takes_as_long_either_way(built):
+    arm = built("arm", "dof=3")
+    for seed in range(30):
+        a, b = of(arm, seed)
+        there, back = planned_or_none(arm, a, b), planned_or_none(arm, b, a)
+        assert (there is None) == (back is None)
+        if there is not None and len(there) == len(back) == 1:
+            assert lasts_s(there) == pytest.approx(lasts_s(back), rel=1e-9)
+
+
+def test_over_a_ceiling_that_is_too_low_the_way_goes_round(built):
+    """Most of what a lower ceiling forbids can be reached over another pose; no way is found for the few that fold the other way."""
+    arm = replace(built("arm", "dof=3"), box_high_m=(0.58, 0.45, 0.20))
+    round_about = [planned_or_none(arm, *of(arm, seed)) for seed in range(100) if not arm.free(*of(arm, seed))]
+    found = [way for way in round_about if way is not None]
+    assert len(found) > 3 and all(len(way) in (2, 3) for way in found)
+    assert all(out_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5 for way in found)
+
+
+def test_the_same_poses_have_the_same_way(built):
+    arm = replace(built("arm", "dof=3"), box_high_m=(0.58, 0.45, 0.20))
+    for a, b in (of(arm, seed) for seed in range(40)):
+        first, second = planned_or_none(arm, a, b), planned_or_none(arm, a, b)
+        assert (first is None) == (second is None)
+        if first is not None:
+            assert [leg.over_s for leg in first] == [leg.over_s for leg in second]
+
+
+def test_a_bent_way_is_slowed_to_the_limit_of_the_nose(built):
+    arm = built("arm", "dof=3")
+    slow = replace(arm, nose_limit_m_s=0.2)  # half of what `duration_s` plans by
+    for seed in range(10):
+        a, b = of(arm, seed)
+        way = planned_or_none(slow, a, b)
+        if way is None or len(way) > 1:
+            continue
+        p, over_s = noses(slow, way, 4001), lasts_s(way)
+        assert np.max(np.linalg.norm(np.diff(p, axis=0), axis=1)) / (over_s / 4000) == pytest.approx(0.2, rel=3e-3)
+        assert over_s > arm.duration_s(a, b)
+
+
+def test_where_there_is_no_way_that_is_said(built):
+    arm = built("arm", "dof=3")
+    with pytest.raises(BadInput, match=r"no way was found from \[0.0, -1.0, 0.6\] to .* it gets \d+ mm out. Ask for .*dof=5"):
+        planned(arm, arm.home, np.array([1.783, -1.518, -1.527]))
+
+
+def test_one_joint_has_one_way(built):
+    """Its arc bows over the front of a box that both ends are in."""
+    arm = replace(built("arm", "dof=1"), box_high_m=(0.32, 0.45, 0.50))
+    a, b = np.array([-0.4]), np.array([0.4])
+    assert arm.inside(a) and arm.inside(b)
+    with pytest.raises(BadInput, match="gets 16 mm out"):
+        planned(arm, a, b)
