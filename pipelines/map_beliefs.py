@@ -102,7 +102,9 @@ class MapBeliefs:
             direction = context.rng.standard_normal(3)
             goal = place + distance_m * direction / np.linalg.norm(direction)
             pose = self.arm.reach(goal, here) if self.arm.dof >= 3 else self.arm.random_pose(context.rng)
-            if pose is not None and self.arm.clearance_m(here, pose, place) >= min(self.beacon.near_m, 0.9 * distance_m):
+            if pose is None or not self.arm.free(here, pose):
+                continue
+            if self.arm.clearance_m(here, pose, place) >= min(self.beacon.near_m, 0.9 * distance_m):
                 return pose
         return here
 

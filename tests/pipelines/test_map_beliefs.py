@@ -1,7 +1,9 @@
 """How long the repeats on the known source go on: at least so many, and more while the calibration ends within its budget."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from oio.bench.trial import experiment
@@ -53,6 +55,18 @@ def test_a_repeat_that_lasts_longer_than_thought_is_broken_off(least, tmp_path, 
     assert took_s < time_s <= took_s + 4.0
     assert len(found.repeats) == 2 and 0 < found.moves - fewest.moves < MEASUREMENTS
     assert found.fit.readings > fewest.fit.readings
+
+
+def test_a_pose_that_the_arm_cannot_swing_to_is_passed_over(monkeypatch):
+    """Folded backwards the nose is at the front too, but on the way there it is not."""
+    built = experiment(WORDS, 0)
+    stage, arm, folded = built.stages["map_beliefs"], built.arm, np.array([1.783, -1.518, -1.527])
+    near = arm.reach(np.array([0.33, 0.0, 0.2]), arm.home)
+    reached = iter([folded, None, near])
+    monkeypatch.setattr(type(arm), "reach", lambda *_: next(reached))
+    context = SimpleNamespace(world=SimpleNamespace(goal=arm.home), rng=np.random.default_rng(0))
+    assert arm.inside(folded)
+    np.testing.assert_array_equal(stage._pose(context, 0.1), near)
 
 
 def test_the_budget_is_the_papers_time(built, composed):
