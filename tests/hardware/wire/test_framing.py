@@ -3,7 +3,7 @@
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hardware.wire import modbus
+from hardware.wire import line, modbus, sts
 from hardware.wire.framing import Sized
 
 
@@ -132,3 +132,20 @@ def test_a_frame_may_begin_in_the_second_byte_of_a_false_head():
     """An address that is a function too: 03 04 02 .. reads as 03 03 04 .. when a 03 comes before it."""
     framer = modbus.Replies(3)
     assert framer.feed(b"\x03" + modbus.read_reply(3, 4, [7])) + framer.quiet() == [modbus.Reply(4, (7,))]
+
+
+def test_false_heads_in_a_spoilt_frame_are_its_payload():
+    """One corrupt frame, not three; a frame behind it counts anew."""
+    spoilt = bytearray(sts.sync_write(42, {1: b"\xff\xff\x03\x04\x02\x38", 2: b"\xff\xff\x05\x03\x02\x38"}))
+    spoilt[-1] ^= 1
+    framer = sts.Packets()
+    assert framer.feed(bytes(spoilt) + sts.ping(1) + bytes(spoilt)) + framer.quiet() == [sts.Packet(1, sts.PING, b"")]
+    assert (framer.good, framer.corrupt, framer.skipped) == (1, 2, 2 * len(spoilt))
+
+
+def test_too_long_is_no_frame_however_it_arrives():
+    longest = line.sentence("x" * 76)
+    framer = line.Lines()
+    assert [fields for piece in (longest[:-1], b"more", b"\n", longest) for fields in framer.feed(piece)] == [("x" * 76,)]
+    framer = line.Lines()
+    assert framer.feed(b"$" + b"x" * 78 + b"*00\r\n") == [] and framer.corrupt == 1
