@@ -1,9 +1,10 @@
 """Laws of all framers: whatever surrounds a frame, however the stream is cut, a good frame is found and nothing else is."""
 
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hardware.wire import line, modbus, sts
+from hardware.wire import dynamixel, line, modbus, sts
 from hardware.wire.framing import Sized
 
 
@@ -148,4 +149,28 @@ def test_too_long_is_no_frame_however_it_arrives():
     framer = line.Lines()
     assert [fields for piece in (longest[:-1], b"more", b"\n", longest) for fields in framer.feed(piece)] == [("x" * 76,)]
     framer = line.Lines()
-    assert framer.feed(b"$" + b"x" * 78 + b"*00\r\n") == [] and framer.corrupt == 1
+    assert framer.feed(b"$" + b"x" * 77 + b"*78\r\n") == [] and framer.corrupt == 1
+
+
+def test_a_sentence_cut_short_is_corrupt_and_costs_no_other():
+    framer = line.Lines()
+    assert framer.feed(b"$NOSE,1,A" + line.sentence("NOSE", "2")) == [("NOSE", "2")]
+    assert (framer.good, framer.corrupt, framer.skipped) == (1, 1, 9)
+
+
+def test_a_star_within_a_sentence_is_refused():
+    assert line.Lines().feed(b"$A*B*29\r\n" + b"$A,B*2F\r\n") == [("A", "B")]
+
+
+def test_a_third_ff_before_a_packet_delays_nothing():
+    assert sts.Packets().feed(b"\xff" + sts.ping(6)) == [sts.Packet(6, sts.PING, b"")]
+
+
+@pytest.mark.parametrize("head", ["0200", "030055", "FB03", "FD03"])
+def test_dynamixel_lengths_that_no_packet_has(head):
+    """Too short for an instruction or for the error of a status, or beyond the longest; the CRC is right."""
+    packet = bytes.fromhex("FFFFFD0001" + head)
+    packet += bytes(5 + int.from_bytes(packet[5:7], "little") - len(packet))
+    framer = dynamixel.Packets()
+    assert framer.feed(packet + dynamixel.crc16(packet).to_bytes(2, "little")) == []
+    assert framer.held < 7 and framer.feed(dynamixel.ping(1)) == [dynamixel.Packet(1, dynamixel.PING, 0, b"")]

@@ -114,7 +114,9 @@ def test_commands_reach_the_device(text):
     assert (framer.good, framer.corrupt, framer.skipped) == (2, 0, 2)  # the carriage returns
 
 
-@pytest.mark.parametrize(("sent", "got"), [(b"S\x01A", "S?A"), (b"$SA*", "?SA?"), (b"S,A", "S?A"), (b"\xe4", "?"), (b"P" * 40, "P" * 16)])
+@pytest.mark.parametrize(
+    ("sent", "got"), [(b"S\x01A", "S?A"), (b"$SA*", "?SA?"), (b"S,A", "S?A"), (b"SA\r\r", "SA?"), (b"\xe4", "?"), (b"P" * 40, "P" * 16)]
+)
 def test_what_is_no_command_arrives_so_that_it_can_be_refused(sent, got):
     framer = line.Commands()
     assert [text for byte in sent + b"\n" for text in framer.feed(bytes((byte,)))] == [got]
