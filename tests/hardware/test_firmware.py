@@ -4,7 +4,6 @@ import contextlib
 import os
 import re
 import select
-import shutil
 import subprocess
 import threading
 import time
@@ -20,15 +19,6 @@ from hypothesis import strategies as st
 
 from hardware.wire.line import Commands, Lines
 
-TOOLS = ("avr-gcc", "avr-size", "gcc", "make")
-MISSING = [t for t in TOOLS if shutil.which(t) is None] + [h for h in ("simavr/sim_avr.h",) if not Path("/usr/include", h).exists()]
-pytestmark = pytest.mark.skipif(
-    bool(MISSING), reason=f"no {', '.join(MISSING)}: apt-get install gcc make gcc-avr avr-libc libsimavr-dev libelf-dev"
-)
-
-ROOT = Path(__file__).resolve().parents[2]
-FIRMWARE = ROOT / "hardware" / "firmware" / "nose"
-HOST = Path(__file__).parent / "firmware" / "host.c"
 SPEED = 3.0  # times real time, if the machine is free; nothing depends on it
 PATIENCE_S = 120.0  # for a busy machine
 LSB_MV = 5000 / 1023
@@ -139,35 +129,11 @@ def is_report(sentence: Fields) -> bool:
     return sentence[0] == "NOSE"
 
 
-@pytest.fixture(scope="session")
-def built_firmware(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """The ELF, made with these flags besides; a warning is an error."""
-
-    def build(flags: str) -> Path:
-        folder = tmp_path_factory.mktemp("firmware")
-        subprocess.run(["make", "-C", FIRMWARE, f"BUILD={folder}", f"EXTRA=-Werror {flags}"], check=True, capture_output=True, text=True)
-        return folder / "nose.elf"
-
-    return build
-
-
-@pytest.fixture(scope="session")
-def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("host") / "host"
-    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-I/usr/include/simavr"]
-    subprocess.run(["gcc", *flags, "-o", out, HOST, "-lsimavr", "-lelf", "-lutil"], check=True)
-    return out
-
-
-@pytest.fixture(scope="session")
-def elf(built_firmware: Callable[[str], Path]) -> Path:
-    return built_firmware("")
-
-
 @contextlib.contextmanager
 def powered(host: Path, elf: Path) -> Iterator[Board]:
     board = Board(host, elf)
     try:
+        board.until(lambda: bool(board.sentences))  # what is said to it before it has booted is lost
         yield board
     finally:
         board.close()
@@ -244,8 +210,9 @@ def test_the_element_is_the_one_last_selected(board: Board) -> None:
 def test_the_period_is_kept(host: Path, elf: Path, period_ms: int, count: int) -> None:
     with powered(host, elf) as board:
         board.answer(f"P{period_ms}")
-        board.heard(0, is_report, count + 2)
-    said = [(s, us) for s, us in zip(board.sentences, board.lines_us, strict=False) if is_report(s)][-count:]  # in step: nothing was lost
+        since = len(board.sentences)
+        board.heard(since, is_report, count)
+    said = list(zip(board.sentences, board.lines_us, strict=False))[since : since + count]  # in step: nothing was lost
     device_ms = np.array([int(s[1]) for s, _ in said])
     crystal_ms = np.array([us for _, us in said]) / 1e3
     assert board.broken == []

@@ -23,102 +23,12 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <avr_adc.h>
-#include <avr_ioport.h>
-#include <avr_uart.h>
-#include <sim_avr.h>
-#include <sim_elf.h>
+#include "board.h"
 
-#define HZ 16000000ULL
-#define BYTE_CYCLES 1600ULL /* one byte in per 100 us: 115200 8N1 takes 87, simavr counts a parity bit and takes 94 */
-#define BYTES_PER_TURN 10   /* 1 ms between looks at the host's side */
-#define SUPPLY_MV 5000
-#define PINS 2
+#define BYTES_PER_TURN 10 /* 1 ms between looks at the host's side */
 
-static avr_t *avr;
 static int pty_fd, pty_held_open;
 static char pty_path[64];
-static unsigned char from_host[4096], from_device[4096];
-static size_t from_host_at, from_host_end, from_device_end;
-static int valve[PINS];
-static unsigned millivolts[PINS], ripple_mv;
-
-static unsigned long long us(void)
-{
-    return avr->cycle / (HZ / 1000000ULL);
-}
-
-static void die(const char *why)
-{
-    fprintf(stderr, "host: %s: %s\n", why, strerror(errno));
-    exit(1);
-}
-
-static void byte_out(struct avr_irq_t *irq, uint32_t value, void *param)
-{
-    (void)irq, (void)param;
-    if (from_device_end < sizeof from_device) {
-        from_device[from_device_end++] = (unsigned char)value;
-    }
-    if (value == '\n') {
-        printf("line %llu\n", us());
-    }
-}
-
-static void pin_changed(struct avr_irq_t *irq, uint32_t value, void *param)
-{
-    int *pin = param;
-    (void)irq;
-    if (*pin != (int)value) {
-        *pin = (int)value;
-        printf("valve %d %d %llu\n", valve[0], valve[1], us());
-    }
-}
-
-static void conversion_begins(struct avr_irq_t *irq, uint32_t value, void *param) /* simavr reads the voltage when it ends */
-{
-    static int up;
-    (void)irq, (void)value, (void)param;
-    up = !up;
-    for (int i = 0; i < PINS; i++) {
-        unsigned mv = up ? millivolts[i] + ripple_mv : millivolts[i] > ripple_mv ? millivolts[i] - ripple_mv : 0;
-        avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + i), mv);
-    }
-}
-
-static void load(const char *path)
-{
-    elf_firmware_t firmware;
-    int told = dup(STDOUT_FILENO);
-    memset(&firmware, 0, sizeof firmware);
-    dup2(STDERR_FILENO, STDOUT_FILENO); /* the library chats while it reads */
-    if (elf_read_firmware(path, &firmware)) {
-        die(path);
-    }
-    fflush(stdout);
-    dup2(told, STDOUT_FILENO);
-    close(told);
-    avr = avr_make_mcu_by_name("atmega328p");
-    if (!avr) {
-        die("atmega328p");
-    }
-    avr_init(avr);
-    avr_load_firmware(avr, &firmware);
-    avr->frequency = HZ;
-    avr->vcc = avr->avcc = avr->aref = SUPPLY_MV;
-    avr->log = LOG_ERROR;
-}
-
-static void connect_pins(void)
-{
-    uint32_t flags = 0; /* neither its own print of what is sent nor its own sleeps */
-    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
-    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), byte_out, NULL);
-    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), conversion_begins, NULL);
-    for (int i = 0; i < PINS; i++) {
-        avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 4 + i), pin_changed, &valve[i]);
-    }
-}
 
 static void open_pty(void)
 {
@@ -127,7 +37,8 @@ static void open_pty(void)
     cfmakeraw(&raw);
     raw.c_cflag |= CS8 | CREAD | CLOCAL;
     if (openpty(&pty_fd, &pty_held_open, pty_path, &raw, NULL)) { /* our own end of it stays open: no hang-up between visitors */
-        die("openpty");
+        perror("host: openpty");
+        exit(1);
     }
     fcntl(pty_fd, F_SETFL, O_NONBLOCK);
     fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);
@@ -136,11 +47,9 @@ static void open_pty(void)
 
 static void set_millivolts(const char *line)
 {
-    unsigned a, b, ripple = 0;
-    if (sscanf(line, "%u %u %u", &a, &b, &ripple) >= PINS) {
-        millivolts[0] = a;
-        millivolts[1] = b;
-        ripple_mv = ripple;
+    unsigned mv[BOARD_CHANNELS], ripple = 0;
+    if (sscanf(line, "%u %u %u", &mv[0], &mv[1], &ripple) >= BOARD_CHANNELS) {
+        board_millivolts(mv, ripple);
     }
 }
 
@@ -162,31 +71,25 @@ static int read_stdin(void) /* 0 at its end */
     return n < 0 && errno == EAGAIN;
 }
 
-static void exchange(void) /* what nobody takes off the pty is lost, as on a real line */
+static int next_byte(void) /* from the host; -1: none */
 {
-    ssize_t n = write(pty_fd, from_device, from_device_end);
-    (void)n;
-    from_device_end = 0;
-    if (from_host_at == from_host_end) {
-        n = read(pty_fd, from_host, sizeof from_host);
-        from_host_at = 0;
-        from_host_end = n > 0 ? (size_t)n : 0;
+    static unsigned char bytes[4096];
+    static ssize_t at, end;
+    if (at >= end) {
+        end = read(pty_fd, bytes, sizeof bytes);
+        at = 0;
     }
+    return at < end ? bytes[at++] : -1;
 }
 
-static void run_for_a_byte(void)
+static void turn(void)
 {
-    avr_cycle_count_t until = avr->cycle + BYTE_CYCLES;
-    if (from_host_at < from_host_end) {
-        avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), from_host[from_host_at++]);
+    unsigned char said[4096];
+    for (int i = 0; i < BYTES_PER_TURN; i++) {
+        board_run(next_byte());
     }
-    while (avr->cycle < until) {
-        int state = avr_run(avr);
-        if (state == cpu_Done || state == cpu_Crashed) {
-            fprintf(stderr, "host: the firmware crashed at pc %04x\n", (unsigned)avr->pc);
-            exit(1);
-        }
-    }
+    ssize_t n = write(pty_fd, said, board_said(said, sizeof said)); /* what nobody takes off the pty is lost, as on a real line */
+    (void)n;
 }
 
 static double now_s(void)
@@ -213,16 +116,12 @@ int main(int argc, char **argv)
         return 2;
     }
     setvbuf(stdout, NULL, _IOLBF, 0);
-    load(argv[1]);
-    connect_pins();
+    board_load(argv[1]);
     open_pty();
     began_s = now_s();
     while (read_stdin()) {
-        for (int i = 0; i < BYTES_PER_TURN; i++) {
-            run_for_a_byte();
-        }
-        exchange();
-        wait_until(began_s + (double)avr->cycle / (double)HZ / speed);
+        turn();
+        wait_until(began_s + board_s() / speed);
     }
     return 0;
 }
