@@ -37,7 +37,7 @@ class Agenda:
 
 
 class Served:
-    """Hears, lets the device answer when the whole question would have come in, and sends when the whole answer would have."""
+    """Hears, lets the device answer, and sends when the question, what it thought and the answer would have taken their time."""
 
     def __init__(self, device: Device, port: Port, trouble: set[str], agenda: Agenda, speed: float, rng: np.random.Generator) -> None:
         self._device, self.port, self.trouble, self._agenda, self._rng = device, port, trouble, agenda, rng
@@ -48,15 +48,12 @@ class Served:
         return len(data) * BITS / self._device.baud / self._speed
 
     def hear(self, now_s: float) -> None:
-        """Bytes came in."""
+        """Bytes came in. The answer is made at once and waits: to wake up twice would cost a busy host more than it is worth."""
         data = self.port.read()
         if data and "busy" not in self.trouble:
-            self._heard_s, plug = max(self._heard_s, now_s) + self._wire_s(data), self._plugs
-            self._agenda.at(self._heard_s, lambda: self._answer(data, plug))
-
-    def _answer(self, data: bytes, plug: int) -> None:
-        if plug == self._plugs:
-            self._say(self._device.answer(data), self._heard_s + self._device.pause_s / self._speed)
+            self._heard_s = max(self._heard_s, now_s) + self._wire_s(data)
+            answer = self._device.answer(data)
+            self._say(answer, self._heard_s + self._device.pause_s / self._speed)
 
     def _say(self, data: bytes, from_s: float) -> None:
         if data:
