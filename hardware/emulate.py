@@ -6,7 +6,6 @@ import shlex
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -15,14 +14,12 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import hydra  # noqa: E402
 from hydra.utils import instantiate  # noqa: E402
 
-import oio  # noqa: E402
 from hardware.backends.mujoco_sim import MujocoSim  # noqa: E402
 from hardware.emulators import choice, faults  # noqa: E402
 from hardware.emulators.bench import Emulated, emulated  # noqa: E402
-from oio.arm import ROOT  # noqa: E402
+from oio.conf import CONF  # noqa: E402
 from oio.refusals import as_known  # noqa: E402
 
-CONF = next((path for path in (ROOT / "conf", Path(oio.__file__).parent / "conf") if path.is_dir()), ROOT / "conf")
 KEYS = CONF / "emulate.yaml"
 TOLD = ("sensor", "dof", "seed", "air", "source.position")  # what the command line to paste says in any case
 HEADER = """Devices that speak the real wire, with the simulated bench behind them.

@@ -31,9 +31,9 @@ from hardware.servos.bus import Bus
 from hardware.turned import Turned, joined
 from oio import stopping
 from oio.arm import Arm
+from oio.conf import CONF
 from oio.errors import BadInput, OioError
 from oio.places import whole as whole_arm
-from oio.run import CONF
 
 KEYS = {"driver": "feetech", "port": "", "arm": "so101", "sign": "", "repeats": "2", "out": "homing.json"}
 LOOK_S = 0.02

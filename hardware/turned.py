@@ -24,8 +24,9 @@ class Turned:
         """One look. Raises OioError where the count wraps: a joint's range must lie within one turn of its servo."""
         if self._last >= 0 and abs(counts - self._last) > STEP * self._per_turn:
             raise OioError(
-                f"the count of {self.name} jumped from {self._last} to {counts}: its servo's turn wraps inside the joint's range. Take "
-                f"the horn off, turn the servo to its middle ({self._per_turn // 2}), put the horn on with the joint in its middle, and home again."
+                f"the count of {self.name} jumped from {self._last} to {counts}: its servo's turn wraps inside the joint's range. Take the "
+                f"horn off, turn the servo to its middle ({self._per_turn // 2}), put the horn on with the joint in its middle, and home "
+                f"again."
             )
         self._last = counts
         self.low, self.high = min(self.low, counts), max(self.high, counts)

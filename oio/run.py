@@ -21,6 +21,7 @@ from omegaconf import DictConfig, OmegaConf  # noqa: E402
 from oio import stopping  # noqa: E402
 from oio.arm import ROOT  # noqa: E402
 from oio.choices import show_help  # noqa: E402
+from oio.conf import CONF  # noqa: E402
 from oio.console import show_summary  # noqa: E402
 from oio.errors import BadInput, OioError  # noqa: E402
 from oio.experiment import Experiment, execute  # noqa: E402
@@ -29,7 +30,6 @@ from oio.pipeline import check_order  # noqa: E402
 from oio.refusals import as_known  # noqa: E402
 from oio.sweep import SweepTable  # noqa: E402
 
-CONF = next((path for path in (ROOT / "conf", Path(__file__).parent / "conf") if path.is_dir()), ROOT / "conf")
 ASSEMBLIES = ("gum", "paper")
 FAILED: list[Exception] = []  # what a single run ended with
 PLAIN = re.compile(r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")  # an override from a log is data: a plain word, number or list, nothing else

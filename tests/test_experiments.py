@@ -9,11 +9,11 @@ import pytest
 from rich.console import Console
 
 from oio.bench.trial import experiment
+from oio.conf import CONF
 from oio.figures.ekf import draw
 from oio.groups import show_table_1
 from oio.log import MemoryLog
 from oio.pipeline import run_stages
-from oio.run import CONF
 from oio.table_1 import Published, table_1
 from oio.tracks import Tracks
 

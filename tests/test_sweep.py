@@ -11,7 +11,8 @@ from hydra.core.global_hydra import GlobalHydra
 from oio.console import show_sweep
 from oio.log import read_metadata
 from oio.refusals import as_known
-from oio.run import CONF, refuse_bad_choices
+from oio.conf import CONF
+from oio.run import refuse_bad_choices
 from oio.sweep import sweep_rows
 
 ROOT = Path(__file__).resolve().parents[1]

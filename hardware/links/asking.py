@@ -21,6 +21,10 @@ class Framer(Protocol[F_co]):
         """Whole frames that passed their check."""
         ...
 
+    def quiet(self) -> Sequence[F_co]:
+        """The line has fallen silent: frames that waited behind what looked like the head of a longer one."""
+        ...
+
 
 def drained(wire: Wire, framer: Framer[F]) -> list[F]:
     """Frames that came in unasked or late: nobody shall take them for the next answer."""
@@ -39,4 +43,7 @@ def asked(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bo
         for frame in framer.feed(wire.read(left_s)):
             if fits(frame):
                 return frame
+    for frame in framer.quiet():
+        if fits(frame):
+            return frame
     raise NoAnswer("no answer")

@@ -68,11 +68,17 @@ def answers(wire: Wire, question: bytes, framer: Framer[P], ids: Sequence[int], 
     wire.write(question)
     until_s, heard = time.monotonic() + ANSWER_S, dict[int, P]()
     while len(heard) < len(ids) and (left_s := until_s - time.monotonic()) > 0:
-        for packet in framer.feed(wire.read(left_s)):
-            servo = of(packet)
-            if servo is not None and servo in ids:
-                heard[servo] = packet
+        _sort(framer.feed(wire.read(left_s)), ids, of, heard)
+    if len(heard) < len(ids):
+        _sort(framer.quiet(), ids, of, heard)
     missing = [servo for servo in ids if servo not in heard]
     if missing:
         raise NoAnswer(f"servo {missing[0]} does not answer")
     return [heard[servo] for servo in ids]
+
+
+def _sort(packets: Sequence[P], ids: Sequence[int], of: Callable[[P], int | None], heard: dict[int, P]) -> None:
+    for packet in packets:
+        servo = of(packet)
+        if servo is not None and servo in ids:
+            heard[servo] = packet

@@ -9,9 +9,9 @@ from rich.console import Console
 
 from oio.bench import accuracy, drift, filters
 from oio.bench.words import SOURCE
+from oio.conf import CONF
 from oio.errors import BadInput
 from oio.refusals import as_known
-from oio.run import CONF
 
 COMMANDS: dict[str, Callable[[list[str]], None]] = {"accuracy": accuracy.run, "drift": drift.run, "filters": filters.run}
 HEADER = """[bold]Benchmarks[/bold] of olfactory inertial odometry, over many seeds:

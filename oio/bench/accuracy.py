@@ -16,8 +16,8 @@ from oio.bench.table import show
 from oio.bench.trial import attempt, setting
 from oio.bench.words import Words, read
 from oio.choices import choices
+from oio.conf import CONF
 from oio.errors import BadInput, OioError
-from oio.run import CONF
 from oio.table_1 import table_1
 
 GROUPS = ("sensor", "air", "search", "ekf")

@@ -11,11 +11,11 @@ from oio.bench.hover import Hover, Hovered
 from oio.bench.nose import NoseLog, Off, errors, off
 from oio.bench.trial import experiment
 from oio.calibration import Navigation
+from oio.conf import CONF
 from oio.experiment import Experiment
 from oio.pipeline import run_stages
 from oio.protocols import Stage
 from oio.refusals import as_known
-from oio.run import CONF
 
 CALIBRATION = ("warm_up", "baseline", "calibrate_bouts", "map_beliefs", "assemble_qr")
 SOURCES = ("known", "unknown")

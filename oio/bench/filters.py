@@ -14,9 +14,9 @@ from oio.bench.steps import Course, begun, course, filterpy_alone, matrices, mod
 from oio.bench.trial import setting
 from oio.bench.words import Words, read
 from oio.choices import choices
+from oio.conf import CONF
 from oio.errors import BadInput
 from oio.protocols import Estimator
-from oio.run import CONF
 
 TABLE = "filters.csv"
 HEADS = ("filter", "step [us]", "filterpy's algebra [us]", "ratio", "filterpy with the model [us]", "ratio")

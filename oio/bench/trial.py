@@ -11,12 +11,13 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from oio.calibration import Calibration
+from oio.conf import CONF
 from oio.errors import BadInput
 from oio.experiment import Experiment
 from oio.log import MemoryLog
 from oio.pipeline import run_stages
 from oio.refusals import as_known
-from oio.run import CONF, build, plugins
+from oio.run import build, plugins
 from oio.summary import Evaluation, summary
 
 

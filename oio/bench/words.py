@@ -6,8 +6,8 @@ from typing import Any
 
 import yaml
 
+from oio.conf import CONF
 from oio.errors import BadInput
-from oio.run import CONF
 
 SOURCE = CONF / "bench.yaml"
 
