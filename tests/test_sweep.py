@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from hydra.core.global_hydra import GlobalHydra
 
+from oio.conf import CONF
 from oio.console import show_sweep
 from oio.log import read_metadata
 from oio.refusals import as_known
-from oio.conf import CONF
 from oio.run import refuse_bad_choices
 from oio.sweep import sweep_rows
 
