@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from oio.safety import Safety
 
 
+COUNTS_S = 0.2  # of load that one reading stands for, at most: nobody knows what was before it
+
+
 class Strain:
     """Load above `safety.load` adds up with time, load below it counts off; so a push that a move needs is no stall."""
 
@@ -22,7 +25,7 @@ class Strain:
         """What is too much with load (n,), -1 to 1, and temperature (n,) degC at t_s; NaN where something is not known."""
         loads = self._read("loads", load)
         hot = self._read("temperatures", np.full(len(self._names), np.nan) if temperature is None else temperature)
-        for_s = min(max(t_s - self._felt_s, 0.0), self._safety.quiet_s)  # nobody knows what was in between
+        for_s = min(max(t_s - self._felt_s, 0.0), COUNTS_S)
         self._felt_s = t_s
         known = np.where(np.isnan(loads), self._safety.load, np.minimum(np.abs(loads), 1.0))
         self._excess_s = np.maximum(self._excess_s + (known - self._safety.load) * for_s, 0.0)

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oio.arm import smooth
 from oio.errors import BadInput
-from oio.ways import SHORTEST_S, TOLERANCE_M, at, lasts_s, out_m, planned
+from oio.ways import COARSE, SHORTEST_S, TOLERANCE_M, _straight, at, lasts_s, out_m, planned
 
 SEEDS = st.integers(0, 10_000)
 
@@ -60,6 +61,20 @@ def test_straight_where_that_will_do_in_the_time_the_arm_plans_to_the_bit(built,
         np.testing.assert_array_equal(leg.turn, b - a)
 
 
+@pytest.mark.parametrize("size", [0.03, 0.3, 3.0])
+def test_what_is_looked_at_in_places_is_so_in_between(built, size):
+    """How far out the nose gets, and how fast it is, against two thousand places."""
+    arm, rng = built("arm", "dof=5"), np.random.default_rng(4)
+    shares = np.array([smooth(x) for x in np.linspace(0.0, 1.0, 2001)])[:, None]
+    for _ in range(60):
+        a = arm.random_pose(rng)
+        b = a + size * rng.uniform(-1.0, 1.0, arm.dof)
+        leg, seen_m = _straight(arm, a, b)
+        nose = arm.nose(a + shares * (b - a))
+        assert out_m(arm, nose) == pytest.approx(seen_m, abs=5e-5)
+        assert np.max(np.linalg.norm(np.diff(nose, axis=0), axis=1)) * 2000 == pytest.approx(leg.rush_m, rel=2e-3)
+
+
 def test_a_round_trip_takes_as_long_either_way(built):
     arm = built("arm", "dof=3")
     for seed in range(30):
@@ -70,13 +85,18 @@ def test_a_round_trip_takes_as_long_either_way(built):
             assert lasts_s(there) == pytest.approx(lasts_s(back), rel=1e-9)
 
 
-def test_over_a_ceiling_that_is_too_low_the_way_goes_round(built):
-    """Most of what a lower ceiling forbids can be reached over another pose; no way is found for the few that fold the other way."""
+@pytest.mark.parametrize("coarse", [COARSE, 2])
+def test_over_a_ceiling_that_is_too_low_the_way_goes_round(built, monkeypatch, coarse):
+    """And what was thought of coarsely is looked at closely, be it ever so coarse."""
+    monkeypatch.setattr("oio.ways.COARSE", coarse)
     arm = replace(built("arm", "dof=3"), box_high_m=(0.58, 0.45, 0.20))
     round_about = [planned_or_none(arm, *of(arm, seed)) for seed in range(100) if not arm.free(*of(arm, seed))]
     found = [way for way in round_about if way is not None]
     assert len(found) > 3 and all(len(way) in (2, 3) for way in found)
-    assert all(out_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5 for way in found)
+    for way in found:
+        assert out_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
+        q = np.array([at(way, t_s) for t_s in np.linspace(0.0, lasts_s(way), 1000)])
+        assert np.max(np.abs(np.diff(q, axis=0))) <= 1.001 * arm.joint_speed * lasts_s(way) / 999
 
 
 def test_the_same_poses_have_the_same_way(built):
