@@ -59,9 +59,11 @@ class Watched:
         return lasts_s(planned(self._arm, self._goal, q_rad))
 
     def present(self, source: str) -> None:
-        """Open one gas source: `none`, `beacon` or `source`."""
+        """Open one gas source: `none`, `beacon` or `source`. What was sensed before it was open goes to the log, and to no stage."""
         self._log.write(Event(self.t_ns, "present", source))
         self._world.present(source)
+        for _ in self.samples(0.0):  # a real world went on while nobody asked: its nose smelt the source before
+            pass
 
     @property
     def goal(self) -> Array:

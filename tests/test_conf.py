@@ -24,6 +24,8 @@ def overrides_of(group, name):
         return ("backend=replay", "backend.log=outputs/no/such.mcap")
     if (group, name) == ("backend", "recording"):
         return ("backend=recording", "recording=airscout32")
+    if (group, name) == ("backend", "serial"):
+        return ("backend=serial", "sensor=ndir", "backend.nose.driver=scd30", "backend.nose.port=/dev/ttyUSB0")
     return (f"{group}={name}",)
 
 

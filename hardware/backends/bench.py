@@ -1,5 +1,6 @@
 """The live bench: what its devices left in the mailbox, in the order of time, in real time."""
 
+import time
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
@@ -66,11 +67,12 @@ class Bench:
         return self._mover.move(goal, over_s)
 
     def present(self, source: str) -> None:
-        """Open one source."""
+        """Open one source; samples that were sensed before it was open can be had by `samples(0)` then."""
         if source not in SOURCES:
             raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(SOURCES)}.")
         self._valve.present(source)
         self._open = source
+        time.sleep(self._clock.host_s(self._made.hold_s))
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
         """What was sensed since the last span and in the next `for_s` seconds. Raises OioError when a device is gone or the arm is held."""

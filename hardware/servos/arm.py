@@ -59,6 +59,8 @@ class ServoArm:
         self._bus.begin(wire, self._ids)
         q = self._angles(self._bus.feel(wire, self._ids))
         with self._lock:
+            for who in (HOST, NOSE):  # it was the arm that was away
+                self._guard.alive(self._now_s(), who)
             strayed = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > STRAYED_RAD
             if not self._begun or (strayed and self._guard.held is None):  # what is held stays held
                 self._refuse_outside(q)

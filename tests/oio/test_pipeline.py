@@ -197,7 +197,7 @@ def test_a_bad_move_never_reaches_the_world(watched, to, said):
 def test_presenting_is_logged_before_it_happens(watched):
     world, journal, _ = watched
     world.present("source")
-    assert [what for what, *_ in journal] == ["logged", "presented"]
+    assert [what for what, *_ in journal][:2] == ["logged", "presented"]
 
 
 def test_sniff_reads_gas_the_whole_way_and_logs_the_readings(watched, built, tmp_path):
