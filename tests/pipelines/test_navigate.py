@@ -100,7 +100,7 @@ class Ends:
         self._world.present(source)
 
     def samples(self, for_s):
-        if self._searching:
+        if self._searching and for_s > 0.0:
             self._left -= 1
             if self._left < 0:
                 raise WorldEnded("no more")
