@@ -7,10 +7,12 @@ from hardware.noses import line, scd30, scd41
 from hardware.noses.intake import Intake
 from oio.errors import BadInput
 from oio.protocols import Sensor
+from oio.records import GasSample
 from oio.settings import in_range, settings
 
 DRIVERS = ("scd30", "scd41", "line")
 NEEDED = ("ms", "active", "adcA", "adcB")
+NEVER = 1 << 62
 
 
 @settings
@@ -40,10 +42,18 @@ class NosePort:
         if (self.driver == "line") != (bits is not None):
             fits = "scd30 or scd41, which say ppm" if bits is None else "line, which says counts"
             raise BadInput(f"sensor={sensor.name} goes with {fits}, but backend.nose.driver={self.driver} was given.")
+        stuck_after = self.stuck_after if _noisy(sensor) else NEVER
         if self.driver == "line":
             assert isinstance(bits, int)
-            intake = Intake(mailbox, sensor.elements, (1 << bits) - 1, self.stuck_after)
+            intake = Intake(mailbox, sensor.elements, (1 << bits) - 1, stuck_after)
             sentence = line.Sentence(self.talker, self.columns, "AB"[: sensor.elements], bits)
             return line.Line(intake, clock, sentence, sensor.sample_s)
         made = scd30.Scd30 if self.driver == "scd30" else scd41.Scd41
-        return made(Intake(mailbox, sensor.elements, scd30.FULL_PPM, self.stuck_after), clock, sensor.sample_s)
+        return made(Intake(mailbox, sensor.elements, scd30.FULL_PPM, stuck_after), clock, sensor.sample_s)
+
+
+def _noisy(sensor: Sensor) -> bool:
+    """Whether the noise of clean air moves the raw value by a count or more: else it may stay the same for minutes and be sound."""
+    clean = sensor.raw(0.0)
+    sigma_ppm = sensor.reading(GasSample(0, 0, clean)).sigma_ppm
+    return abs(sensor.raw(sigma_ppm) - clean) >= 1.0

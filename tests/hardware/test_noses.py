@@ -1,0 +1,57 @@
+"""What a nose says on its way to the mailbox, and which values go no further."""
+
+import math
+
+import pytest
+
+from hardware.links.mailbox import Mailbox
+from hardware.noses import NEVER, NosePort, _noisy
+from hardware.noses.intake import Intake
+from oio.errors import BadInput
+
+PORT = {"driver": "line", "port": "/dev/null", "talker": "NOSE", "columns": ("ms", "active", "adcA", "adcB"), "stuck_after": 3}
+
+
+@pytest.fixture
+def intake():
+    box = Mailbox(100)
+    return Intake(box, 2, 1023.0, 3), box
+
+
+def test_values_that_are_none_or_at_the_rail_are_counted_and_dropped(intake):
+    taken, box = intake
+    for i, raw in enumerate([1.0, math.nan, math.inf, 1023.0, 1022.0]):
+        taken.put(i, 0, raw, i)
+    assert [a.sample.raw for a in box.gas] == [1.0, 1022.0]
+    assert taken.counts == {"samples": 2, "not a number": 2, "saturated": 1}
+
+
+def test_a_value_that_never_changes_is_stuck_per_element(intake):
+    taken, box = intake
+    for i in range(10):
+        taken.put(2 * i, 0, 5.0, 2 * i)
+        taken.put(2 * i + 1, 1, float(i), 2 * i + 1)
+    assert taken.counts["stuck"] == 7 and sum(a.sample.element == 0 for a in box.gas) == 3 and len(box.gas) == 13
+    taken.put(99, 0, 6.0, 99)
+    assert box.gas[-1].sample.raw == 6.0  # it moves again
+
+
+@pytest.mark.parametrize(
+    ("overrides", "noisy"), [(("sensor=ec",), True), (("sensor=ndir",), True), (("sensor=mox_mq", "sensor.adc_bits=10"), False)]
+)
+def test_a_coarse_converter_in_clean_air_is_not_stuck(built, overrides, noisy):
+    assert _noisy(built("sensor", *overrides)) is noisy
+    assert NEVER > 10**12
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"driver": "scd40"}, "scd30, scd41, line"),
+        ({"columns": ("ms", "adcA", "adcB")}, "active is needed"),
+        ({"stuck_after": 1}, "stuck_after"),
+    ],
+)
+def test_ports_of_noses_that_make_no_sense_are_refused(given, words):
+    with pytest.raises(BadInput, match=words):
+        NosePort(**(PORT | given))
