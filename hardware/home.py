@@ -10,6 +10,7 @@ Every joint is turned by hand to both of its ends, whose angles the MJCF knows. 
   out=homing.json    the file; then type arm.homing=homing.json
 """
 
+import contextlib
 import math
 import select
 import sys
@@ -96,8 +97,9 @@ def _walk(console: Console, bus: Bus, wire: Wire, arm: Arm, signs: tuple[int, ..
         raise OioError(
             f"servo {missing[0]} of {len(ids)} does not answer at {bus.baud} baud. Check power, cable, and that ids are 1 to {len(ids)}."
         )
+    bus.begin(wire, ids)
     console.print(f"Hold the arm: when you press Enter its {len(ids)} servos let go.")
-    _until_enter(lambda wait_s: _entered(wait_s), lambda: None)
+    _until_enter(_entered, lambda: None)
     bus.torque(wire, ids, False)
     rounds = [[_turned(console, bus, wire, ids, i, arm, k, repeats) for i in range(len(ids))] for k in range(repeats)]
     homing = joined(rounds, arm, signs, bus.counts_per_turn)
@@ -114,8 +116,13 @@ def _turned(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm:
         f"({low:.0f} to {high:.0f} degrees), then press Enter."
     )
     turned = Turned(name, bus.counts_per_turn)
-    _until_enter(_entered, lambda: turned.add(int(bus.feel(wire, ids).counts[i])))
+    _until_enter(_entered, lambda: _look(bus, wire, ids, i, turned))
     return turned
+
+
+def _look(bus: Bus, wire: Wire, ids: list[int], i: int, turned: Turned) -> None:
+    with contextlib.suppress(NoAnswer):  # the next look will do
+        turned.add(int(bus.feel(wire, ids).counts[i]))
 
 
 def _until_enter(entered: Done, look: Callable[[], None]) -> None:

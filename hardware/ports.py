@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 from serial.tools import list_ports
 
 from hardware.asked import ended, words
@@ -35,12 +34,12 @@ def main(arguments: list[str]) -> None:
     if not infos:
         console.print("Nothing is plugged in that the system lists. A port can be given: python -m hardware.ports /dev/ttyUSB0")
         return
-    table = Table("port", "is", "says", "paste", title=f"{len(infos)} ports", title_justify="left")
     for path, name in infos.items():
         with console.status(f"asking {path} ..."):
-            for says, line in asked_all(path, name) or [("nothing", "")]:
-                table.add_row(*(escape(text) for text in (path, name, says, line)))
-    console.print(table)
+            answers = asked_all(path, name)
+        console.print(f"[bold]{escape(path)}[/bold] ({escape(name)}): {escape(answers[0][0]) if answers else 'says nothing that is known'}")
+        for _, line in answers:
+            console.print(f"    {line}", markup=False)
 
 
 def asked_all(path: str, name: str) -> list[tuple[str, str]]:

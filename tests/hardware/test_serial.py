@@ -281,3 +281,38 @@ def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sen
         subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, env=ENV, capture_output=True, check=True)
         simulated_m.append(json.loads((out / "summary.json").read_text(encoding="utf-8"))["calibrated"]["source_error_m"])
     assert np.median(wire_m) <= 2.0 * np.median(simulated_m), (wire_m, simulated_m)
+
+
+def test_ports_say_what_they_are_and_what_to_paste(emulators):
+    bench = emulators("nose=scd30", "arm=feetech")
+    ports = [str(bench.folder / "ports" / name) for name in ("nose", "arm", "valve")]
+    run = subprocess.run([sys.executable, "-m", "hardware.ports", *ports], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
+    assert run.returncode == 0 and "SCD30, firmware" in run.stdout and "5 STS3215" in run.stdout, run.stderr
+    assert f"backend.nose.driver=scd30 backend.nose.port={ports[0]}" in run.stdout
+    assert f"backend.arm.driver=feetech backend.arm.port={ports[1]}" in run.stdout
+
+
+@pytest.mark.parametrize("arm", ["feetech", "dynamixel"])
+def test_homing_asks_for_every_joint_and_refuses_one_that_was_not_turned(emulators, arm):
+    bench = emulators("nose=scd30", f"arm={arm}")
+    file = bench.folder / "homing.json"
+    words = [f"port={bench.folder / 'ports' / 'arm'}", f"driver={arm}", f"out={file}", "repeats=1"]
+    command = [sys.executable, "-m", "hardware.home", *words]
+    person = subprocess.Popen(command, cwd=ROOT, env=ENV, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    told, errors = person.communicate("\n" * 6, timeout=60)
+    assert person.returncode == 1 and "Hold the arm" in told and told.count("turn it by hand") == 5, errors
+    assert "was turned by 0 degrees, but its ends in the MJCF are" in errors and "Traceback" not in errors and not file.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ([], "no port was given"),
+        (["prot=x"], "knows driver, port"),
+        (["port=/dev/no"], "no such port"),
+        (["port=/x", "arm=no"], "it can be gantry"),
+    ],
+)
+def test_homing_refuses_what_makes_no_sense(words, told):
+    run = subprocess.run([sys.executable, "-m", "hardware.home", *words], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
+    assert run.returncode == 2 and told in run.stderr and "Traceback" not in run.stderr
