@@ -7,6 +7,7 @@ from hardware.links.asking import asked
 from hardware.links.clock import Clock
 from hardware.links.device import Counts
 from hardware.links.port import NoAnswer, Wire
+from hardware.noses.freshness import Freshness
 from hardware.noses.intake import Intake
 from hardware.wire import modbus
 
@@ -26,7 +27,7 @@ class Scd30:
     def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
         self._intake, self._clock, self._sample_s = intake, clock, sample_s
         self._replies, self._lost = modbus.Replies(ADDRESS), 0
-        self._due_ns = 0
+        self._due_ns, self._fresh = 0, Freshness(clock, sample_s)
 
     def knock(self, wire: Wire) -> str | None:
         """Its firmware."""
@@ -42,6 +43,7 @@ class Scd30:
             raise NoAnswer("it does not answer as an SCD30 does")
         self._write(wire, INTERVAL, min(max(round(self._sample_s), INTERVAL_S[0]), INTERVAL_S[1]))
         self._write(wire, START, 0)
+        self._fresh.renew()
 
     def turn(self, wire: Wire) -> bool:
         """Ask; a value is as old as the question that was answered with yes."""
@@ -52,11 +54,13 @@ class Scd30:
         asked_ns = self._clock.now_ns()
         try:
             if self._read(wire, READY, 1)[0] != 1:
+                self._fresh.check()
                 return True
             ppm = modbus.floats(self._read(wire, VALUES, 6))[0]
         except NoAnswer:
             self._lost += 1
             raise
+        self._fresh.renew()
         if ppm > 0.0:  # 0 is said before the first measurement
             self._intake.put(asked_ns, 0, ppm, self._clock.now_ns())
         self._due_ns = asked_ns + round(0.7e9 * self._sample_s)  # nothing new before: leave the wire alone

@@ -7,6 +7,7 @@ from hardware.links.asking import asked
 from hardware.links.clock import Clock
 from hardware.links.device import Counts
 from hardware.links.port import NoAnswer, Wire
+from hardware.noses.freshness import Freshness
 from hardware.noses.intake import Intake
 from hardware.wire import scd4x, shdlc
 
@@ -30,6 +31,7 @@ class Scd41:
 
     def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
         self._intake, self._clock, self._sample_s = intake, clock, sample_s
+        self._fresh = Freshness(clock, sample_s)
         self._frames, self._lost, self._refused, self._bad, self._due_ns = shdlc.Miso(), 0, 0, 0, 0
 
     def knock(self, wire: Wire) -> str | None:
@@ -54,6 +56,7 @@ class Scd41:
         if variant is None or variant[0] & 0xF000 != VARIANT_SCD41 & 0xF000:
             raise NoAnswer("the bridge answers, but no SCD41 behind it")
         self._sensor(wire, scd4x.START, 0)
+        self._fresh.renew()
 
     def turn(self, wire: Wire) -> bool:
         """Ask; a value is as old as the question that was answered with yes."""
@@ -68,7 +71,10 @@ class Scd41:
         except NoAnswer:
             self._lost += 1
             raise
-        if words is not None:
+        if words is None:
+            self._fresh.check()
+        else:
+            self._fresh.renew()
             self._intake.put(asked_ns, 0, scd4x.measured(words)[0], self._clock.now_ns())
             self._due_ns = asked_ns + round(0.7e9 * self._sample_s)  # nothing new before: leave the wire alone
         return ready is not None

@@ -1,13 +1,17 @@
 """What a nose says on its way to the mailbox, and which values go no further."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
 from hardware.links.mailbox import Mailbox
+from hardware.links.port import Unplugged
 from hardware.noses import NEVER, NosePort, _noisy
+from hardware.noses.freshness import Freshness
 from hardware.noses.intake import Intake
 from oio.errors import BadInput
+from oio.records import SECOND_NS
 
 PORT = {"driver": "line", "port": "/dev/null", "talker": "NOSE", "columns": ("ms", "active", "adcA", "adcB"), "stuck_after": 3}
 
@@ -42,6 +46,17 @@ def test_a_value_that_never_changes_is_stuck_per_element(intake):
 def test_a_coarse_converter_in_clean_air_is_not_stuck(built, overrides, noisy):
     assert _noisy(built("sensor", *overrides)) is noisy
     assert NEVER > 10**12
+
+
+def test_a_sensor_that_answers_but_measures_nothing_new_is_started_again():
+    clock = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0)
+    fresh = Freshness(clock, 2.0)
+    clock.t_ns = 9 * SECOND_NS
+    fresh.check()
+    fresh.renew()
+    clock.t_ns = 20 * SECOND_NS
+    with pytest.raises(Unplugged, match="nothing new"):
+        fresh.check()
 
 
 @pytest.mark.parametrize(
