@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -80,7 +80,7 @@ class Bench:
         until_ns = (self._t_ns if now_ns - self._t_ns < SLACK_NS else now_ns) + nanoseconds(for_s)
         yield from self._news()
         yield from self._truth()
-        while (arrived := self._next(until_ns)) is not None:
+        while (arrived := (yield from self._taken_until(until_ns))) is not None:
             sample = arrived.sample
             if sample.t_ns < self._t_ns:
                 self._late += 1
@@ -92,6 +92,14 @@ class Bench:
                 self._delays_s.append(self._clock.host_s(1e-9 * (self._clock.now_ns() - arrived.at_ns)))
         self._t_ns = max(self._t_ns, until_ns)
         yield from self._news()
+
+    def _taken_until(self, until_ns: int) -> Generator[WorldSample, None, Arrived | None]:
+        """`_next`; if it is the end of all, the last account goes to the log before."""
+        try:
+            return self._next(until_ns)
+        except OioError:
+            yield Event(self._t_ns, "link", self.account())
+            raise
 
     def _next(self, until_ns: int) -> Arrived | None:
         """The next sample of the span, when it is sure that none before it will come; None at its end."""
