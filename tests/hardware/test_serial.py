@@ -213,8 +213,8 @@ def schedule(emulators, seed):
     words = [f"nose={nose}", f"arm={arm}", "speed=4", f"faults=random:{seed}", "random_within_s=25", "random_longest_s=6", f"seed={seed}"]
     bench = emulators(*words)
     run = bench.run("stage=[warm_up,baseline,calibrate_bouts]", within_s=120)  # a run that hangs raises here
-    assert run.code in (0, 1), (words, run.said)
-    if run.code == 1:
+    assert run.code in (0, 1, 2), (words, run.said)  # 2: a port was away when it was to be opened
+    if run.code:
         lines = [line for line in run.said.strip().splitlines() if line.startswith("oio: ")]
         assert len(lines) == 1, run.said
     if run.log.exists():
