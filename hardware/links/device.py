@@ -89,7 +89,8 @@ class Device(threading.Thread):
     def leave(self) -> None:
         """Ask it to end, and wait."""
         self._leave.set()
-        self.join(timeout=10.0)
+        if self.is_alive():  # one whose turn to start never came has nothing to end
+            self.join(timeout=10.0)
 
     def _lasting(self, patience_s: float) -> None:
         """Open the port, again and again for so long. Raises Gone."""
@@ -133,7 +134,7 @@ class Device(threading.Thread):
                 if self.driver.turn(self._wire):
                     heard_ns = self._clock.now_ns()
             except NoAnswer:
-                pass
+                pass  # the driver counts it; silence that lasts ends below
             except Unplugged as error:
                 self._lose(str(error))
                 return
@@ -146,7 +147,7 @@ class Device(threading.Thread):
             if self._wire is not None:
                 self.driver.end(self._wire)
         except (Unplugged, NoAnswer):
-            pass
+            pass  # it is gone already: there is nobody to say goodbye to
 
     def _lose(self, why: str) -> None:
         self.reconnects += 1

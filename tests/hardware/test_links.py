@@ -307,6 +307,10 @@ def test_leaving_says_goodbye_and_lets_the_port_go(bench, tmp_path):
     opened(str(tmp_path / "nose"), 115200, "backend.nose.port").close()
 
 
+def test_a_device_that_was_never_started_can_be_left(tmp_path):
+    Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE).leave()
+
+
 def test_a_port_that_never_was_is_refused_at_once(tmp_path):
     device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE)
     device.start()

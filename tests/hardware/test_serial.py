@@ -236,7 +236,8 @@ def test_two_hundred_random_schedules(emulators, seed):
     schedule(emulators, seed)
 
 
-def test_a_port_that_is_not_there_is_refused_in_one_paragraph(tmp_path):
+@pytest.mark.parametrize("arm", [[], ["backend.arm.driver=feetech", "backend.arm.port=/dev/null"]])
+def test_a_port_that_is_not_there_is_refused_in_one_paragraph(tmp_path, arm):
     words = [
         "backend=serial",
         "sensor=ndir",
@@ -244,6 +245,7 @@ def test_a_port_that_is_not_there_is_refused_in_one_paragraph(tmp_path):
         f"backend.nose.port={tmp_path}/nothing",
         f"hydra.run.dir={tmp_path}/out",
     ]
+    words += ["backend.valve.driver=none", *arm]
     run = subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
     assert run.returncode == 2 and "no such port" in run.stderr and "hardware.ports" in run.stderr and "Traceback" not in run.stderr
     assert not (tmp_path / "out").exists()
