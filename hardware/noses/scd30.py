@@ -1,14 +1,13 @@
 """Sensirion SCD30 over UART: Modbus RTU at 19200 baud, address 0x61 (interface description v1.0, May 2020)."""
 
-import time
 from collections import Counter
 
 from hardware.links.asking import asked
 from hardware.links.clock import Clock
 from hardware.links.device import Counts
 from hardware.links.port import NoAnswer, Wire
-from hardware.noses.freshness import Freshness
 from hardware.noses.intake import Intake
+from hardware.noses.pace import Pace
 from hardware.wire import modbus
 
 ADDRESS = 0x61
@@ -16,7 +15,6 @@ FIRMWARE, INTERVAL, READY, VALUES, START = 0x0020, 0x0025, 0x0027, 0x0028, 0x003
 INTERVAL_S = (2, 1800)  # what the register takes
 FULL_PPM = 40_000.0
 ANSWER_S = 0.25  # 17 bytes take 9 ms, and the device thinks for some
-REST_S = 0.05  # at a time, so that the thread can end
 
 
 class Scd30:
@@ -27,7 +25,7 @@ class Scd30:
     def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
         self._intake, self._clock, self._sample_s = intake, clock, sample_s
         self._replies, self._lost = modbus.Replies(ADDRESS), 0
-        self._due_ns, self._fresh = 0, Freshness(clock, sample_s)
+        self._pace = Pace(clock, sample_s)
 
     def knock(self, wire: Wire) -> str | None:
         """Its firmware."""
@@ -43,27 +41,24 @@ class Scd30:
             raise NoAnswer("it does not answer as an SCD30 does")
         self._write(wire, INTERVAL, min(max(round(self._sample_s), INTERVAL_S[0]), INTERVAL_S[1]))
         self._write(wire, START, 0)
-        self._fresh.renew()
+        self._pace.started()
 
     def turn(self, wire: Wire) -> bool:
         """Ask; a value is as old as the question that was answered with yes."""
-        wait_s = self._clock.host_s((self._due_ns - self._clock.now_ns()) * 1e-9)
-        if wait_s > 0:
-            time.sleep(min(wait_s, REST_S))
+        if self._pace.rested():
             return False
         asked_ns = self._clock.now_ns()
         try:
             if self._read(wire, READY, 1)[0] != 1:
-                self._fresh.check()
+                self._pace.check()
                 return True
             ppm = modbus.floats(self._read(wire, VALUES, 6))[0]
         except NoAnswer:
             self._lost += 1
             raise
-        self._fresh.renew()
+        self._pace.new(asked_ns)
         if ppm > 0.0:  # 0 is said before the first measurement
             self._intake.put(asked_ns, 0, ppm, self._clock.now_ns())
-        self._due_ns = asked_ns + round(0.7e9 * self._sample_s)  # nothing new before: leave the wire alone
         return True
 
     def end(self, wire: Wire) -> None:

@@ -7,8 +7,8 @@ from hardware.links.asking import asked
 from hardware.links.clock import Clock
 from hardware.links.device import Counts
 from hardware.links.port import NoAnswer, Wire
-from hardware.noses.freshness import Freshness
 from hardware.noses.intake import Intake
+from hardware.noses.pace import Pace
 from hardware.wire import scd4x, shdlc
 
 BRIDGE, SENSOR = 0x00, 0x62
@@ -21,7 +21,6 @@ STOP_S, WAKE_S = 0.5, 0.03  # data sheet: after stop, after power-up
 FULL_PPM = 40_000.0
 I2C_US = 100_000
 ANSWER_S = 0.3
-REST_S = 0.05  # at a time, so that the thread can end
 
 
 class Scd41:
@@ -30,9 +29,9 @@ class Scd41:
     key, name, baud = "backend.nose", "scd41", 460_800
 
     def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
-        self._intake, self._clock, self._sample_s = intake, clock, sample_s
-        self._fresh = Freshness(clock, sample_s)
-        self._frames, self._lost, self._refused, self._bad, self._due_ns = shdlc.Miso(), 0, 0, 0, 0
+        self._intake, self._clock = intake, clock
+        self._pace = Pace(clock, sample_s)
+        self._frames, self._lost, self._refused, self._bad = shdlc.Miso(), 0, 0, 0
 
     def knock(self, wire: Wire) -> str | None:
         """What the bridge calls itself."""
@@ -56,13 +55,11 @@ class Scd41:
         if variant is None or variant[0] & 0xF000 != VARIANT_SCD41 & 0xF000:
             raise NoAnswer("the bridge answers, but no SCD41 behind it")
         self._sensor(wire, scd4x.START, 0)
-        self._fresh.renew()
+        self._pace.started()
 
     def turn(self, wire: Wire) -> bool:
         """Ask; a value is as old as the question that was answered with yes."""
-        wait_s = self._clock.host_s((self._due_ns - self._clock.now_ns()) * 1e-9)
-        if wait_s > 0:
-            time.sleep(min(wait_s, REST_S))
+        if self._pace.rested():
             return False
         asked_ns = self._clock.now_ns()
         try:
@@ -72,11 +69,10 @@ class Scd41:
             self._lost += 1
             raise
         if words is None:
-            self._fresh.check()
+            self._pace.check()
         else:
-            self._fresh.renew()
+            self._pace.new(asked_ns)
             self._intake.put(asked_ns, 0, scd4x.measured(words)[0], self._clock.now_ns())
-            self._due_ns = asked_ns + round(0.7e9 * self._sample_s)  # nothing new before: leave the wire alone
         return ready is not None
 
     def end(self, wire: Wire) -> None:

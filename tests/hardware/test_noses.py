@@ -8,8 +8,8 @@ import pytest
 from hardware.links.mailbox import Mailbox
 from hardware.links.port import Unplugged
 from hardware.noses import NEVER, NosePort, _noisy
-from hardware.noses.freshness import Freshness
 from hardware.noses.intake import Intake
+from hardware.noses.pace import Pace
 from oio.errors import BadInput
 from oio.records import SECOND_NS
 
@@ -50,13 +50,26 @@ def test_a_coarse_converter_in_clean_air_is_not_stuck(built, overrides, noisy):
 
 def test_a_sensor_that_answers_but_measures_nothing_new_is_started_again():
     clock = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0)
-    fresh = Freshness(clock, 2.0)
+    pace = Pace(clock, 2.0)
     clock.t_ns = 9 * SECOND_NS
-    fresh.check()
-    fresh.renew()
+    pace.check()
+    pace.started()
     clock.t_ns = 20 * SECOND_NS
     with pytest.raises(Unplugged, match="nothing new"):
-        fresh.check()
+        pace.check()
+    pace.new(clock.t_ns)
+    pace.check()
+
+
+def test_nothing_is_asked_before_something_can_be_new():
+    clock = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0, host_s=lambda s: 1e-3 * s)
+    pace = Pace(clock, 2.0)
+    assert not pace.rested()
+    pace.new(0)
+    clock.t_ns = SECOND_NS
+    assert pace.rested()
+    clock.t_ns = round(1.5 * SECOND_NS)
+    assert not pace.rested()
 
 
 @pytest.mark.parametrize(
