@@ -1,5 +1,6 @@
 """A microcontroller with two ADC channels at 115200 baud (hardware/firmware/nose): `$NOSE,ms,active,adcA,adcB*HH`, for EC, MQ and MiCS."""
 
+import contextlib
 from collections import Counter
 from dataclasses import dataclass
 
@@ -75,8 +76,8 @@ class Line:
 
     def _frame(self, wire: Wire, fields: tuple[str, ...], arrived_ns: int) -> None:
         try:
-            ms, active = int(fields[self._at["ms"]]), fields[self._at["active"]]
-            counts = {"A": int(fields[self._at["adcA"]]), "B": int(fields[self._at["adcB"]])}
+            ms, active = _decimal(fields[self._at["ms"]]), fields[self._at["active"]]
+            counts = {"A": _decimal(fields[self._at["adcA"]]), "B": _decimal(fields[self._at["adcB"]])}
             raw = counts[active]
         except (IndexError, KeyError, ValueError):
             self._bad += 1  # its checksum is right, what it says is not
@@ -95,10 +96,15 @@ class Line:
 
     def _ask(self, wire: Wire, command: str) -> tuple[str, ...]:
         """The acknowledgement; asked again if noise was in the way."""
-        for left in reversed(range(TRIES)):
-            try:
-                return asked(wire, f"{command}\n".encode(), self._lines, lambda f: f[:2] == ("ACK", command), ANSWER_S)
-            except NoAnswer:
-                if left == 0:
-                    raise
-        raise NoAnswer(command)  # no tries
+        question, answers = f"{command}\n".encode(), lambda f: f[:2] == ("ACK", command)
+        for _ in range(TRIES - 1):
+            with contextlib.suppress(NoAnswer):
+                return asked(wire, question, self._lines, answers, ANSWER_S)
+        return asked(wire, question, self._lines, answers, ANSWER_S)
+
+
+def _decimal(text: str) -> int:
+    """Raises ValueError for anything but digits: `int` takes signs, blanks and underscores too."""
+    if not text.isdecimal():
+        raise ValueError(text)
+    return int(text)

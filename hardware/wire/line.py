@@ -60,7 +60,8 @@ class Lines(Marked[tuple[str, ...]]):
 class Commands(Marked[str]):
     """Device side: every line that is not empty, so that the device can refuse what it does not know.
 
-    What a sentence could not repeat is replaced by ?, what is too long is cut; both count as corrupt. One \\r at the end is dropped.
+    What a sentence could not repeat is replaced by ?, and so is the end of what is too long, lest a device obey the rest; no command has
+    a question mark. Both count as corrupt. One \\r at the end is dropped.
     """
 
     mark = b"\n"
@@ -68,7 +69,9 @@ class Commands(Marked[str]):
 
     def _checked(self, raw: bytes) -> str | None:
         line = raw.removesuffix(b"\r").decode("latin-1")
-        text = _NO_FIELD.sub("?", line)[:LONGEST_COMMAND]
+        text = _NO_FIELD.sub("?", line)
+        if len(text) > LONGEST_COMMAND:
+            text = text[: LONGEST_COMMAND - 1] + "?"
         self.skipped += len(raw) - len(text)
         self.good += bool(line) and text == line
         self.corrupt += text != line

@@ -228,10 +228,10 @@ def test_it_says_which_element_was_chosen():
     assert said(device.spoken(0.2))[0][2] == "A"
 
 
-@pytest.mark.parametrize("command", ["P19", "P10001", "P", "P-5", "SC", "sa", "X", "V3", "HELLO"])
+@pytest.mark.parametrize("command", ["P19", "P10001", "P", "P-5", "SC", "sa", "X", "V3", "HELLO", "P0000000000000500"])
 def test_what_it_does_not_know_it_refuses(command):
     device, _ = nose()
-    assert said(device.answer(f"{command}\n".encode())) == [("NAK", command)]
+    assert said(device.answer(f"{command}\n".encode())) == [("NAK", command if len(command) <= 16 else f"{command[:15]}?")]
 
 
 def test_it_says_who_it_is():

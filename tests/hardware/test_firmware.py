@@ -198,7 +198,8 @@ def test_every_line_has_one_answer_and_the_next_is_understood(board: Board, comm
     "command", ["P", "P19", "P10001", "P65556", "P4294967316", "P-20", "P20.0", "SC", "S", "SAA", "V3", "id", "P0000000000001000"]
 )
 def test_what_is_no_command_is_said_back(board: Board, command: str) -> None:
-    assert board.answer(command) == ("NAK", command[:16])
+    said = command if len(command) <= 16 else command[:15] + "?"
+    assert board.answer(command) == ("NAK", said)
 
 
 def test_the_element_is_the_one_last_selected(board: Board) -> None:

@@ -9,7 +9,9 @@ from hardware.links.mailbox import Mailbox
 from hardware.links.port import Unplugged
 from hardware.noses import NEVER, NosePort, _noisy
 from hardware.noses.intake import Intake
+from hardware.noses.line import Line, Sentence
 from hardware.noses.pace import Pace
+from hardware.wire.line import sentence
 from oio.errors import BadInput
 from oio.records import SECOND_NS
 
@@ -70,6 +72,20 @@ def test_nothing_is_asked_before_something_can_be_new():
     assert pace.rested()
     clock.t_ns = round(1.5 * SECOND_NS)
     assert not pace.rested()
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [("5", "A", "1"), ("5", "C", "1", "2"), ("-5", "A", "1", "2"), ("5", "A", "-1", "2"), ("5", "A", "1_0", "2"), ("", "A", "1", "2")],
+)
+def test_a_sentence_whose_checksum_is_right_but_not_its_fields_is_counted(intake, fields):
+    taken, box = intake
+    said = sentence("NOSE", *fields) + sentence("NOSE", "6", "A", "1", "2") + sentence("OTHER", "x")
+    wire = SimpleNamespace(read=lambda within_s: said, write=lambda data: None)
+    nose = Line(taken, SimpleNamespace(now_ns=lambda: SECOND_NS), Sentence("NOSE", PORT["columns"], "AB", 10), 0.1)
+    nose.turn(wire)
+    assert [a.sample.raw for a in box.gas] == [1.0]
+    assert (nose.counts()["good"], nose.counts()["corrupt"]) == (3, 1)
 
 
 @pytest.mark.parametrize(

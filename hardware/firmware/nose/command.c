@@ -16,7 +16,6 @@
 
 static char text[LONGEST + 1];
 static uint8_t length;
-static bool too_long;
 static bool returned; /* \r came last: nothing if \n follows, as terminals send it */
 
 static void acknowledge(void)
@@ -82,23 +81,24 @@ static void answer(void)
     while (text[0] == 'W') {
     }
 #endif
-    if (!too_long && two('I', "D")) {
+    if (two('I', "D")) {
         identify();
-    } else if (!too_long && obeyed()) {
+    } else if (obeyed()) {
         acknowledge();
     } else {
         refuse();
     }
 }
 
+/* What cannot be said back becomes ?, and so does the end of what is too long: no command has a question mark. */
 static void keep(char c)
 {
     bool sayable = c >= ' ' && c <= '~' && c != '$' && c != '*' && c != ','; /* else it would break the sentence that says it back */
     if (length == LONGEST) {
-        too_long = true;
+        text[LONGEST - 1] = '?';
         return;
     }
-    text[length++] = sayable ? c : '?'; /* no command has a question mark */
+    text[length++] = sayable ? c : '?';
 }
 
 static void end(void)
@@ -107,7 +107,6 @@ static void end(void)
         answer();
     }
     length = 0;
-    too_long = false;
 }
 
 void command_character(char c)

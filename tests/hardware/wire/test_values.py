@@ -115,7 +115,16 @@ def test_commands_reach_the_device(text):
 
 
 @pytest.mark.parametrize(
-    ("sent", "got"), [(b"S\x01A", "S?A"), (b"$SA*", "?SA?"), (b"S,A", "S?A"), (b"SA\r\r", "SA?"), (b"\xe4", "?"), (b"P" * 40, "P" * 16)]
+    ("sent", "got"),
+    [
+        (b"S\x01A", "S?A"),
+        (b"$SA*", "?SA?"),
+        (b"S,A", "S?A"),
+        (b"SA\r\r", "SA?"),
+        (b"\xe4", "?"),
+        (b"P" * 40, "P" * 15 + "?"),
+        (b"P0000000000000500", "P00000000000005?"),
+    ],
 )
 def test_what_is_no_command_arrives_so_that_it_can_be_refused(sent, got):
     framer = line.Commands()
