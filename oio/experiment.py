@@ -83,7 +83,7 @@ def _stages(experiment: Experiment, world: World, out: Path) -> dict[type, objec
         out / "run.mcap", sensor=experiment.sensor.name, joints=arm.names, metadata=experiment.about(), attachments=attachments
     ) as log, lines:  # fmt: skip
         log.watchers.append(lines)
-        return run_stages(experiment.stages, world, arm, log, out, experiment.seed)
+        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw)
 
 
 def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """The loop over stages, usable without Hydra: `Context`, `check_order`, `run_stages`, and `Watched`, the world as stages see it."""
 
+import math
 import typing
 import zlib
 from collections.abc import Iterator, Mapping
@@ -18,17 +19,17 @@ from oio.records import Array, Event, GasReading, GasSample, JointState, Sample
 from oio.ways import lasts_s, planned
 
 R = TypeVar("R")
-_SENSED = (JointState, GasSample)
 
 
 class Watched:
     """A world that is logged and guarded: every sample reaches the log before a stage sees it, every command is checked.
 
-    Truth goes to the log only; no stage can see it through this door.
+    Truth goes to the log only; no stage can see it through this door. Nor can it see gas at the sensor's upper rail (`highest_raw`): a
+    fit that took it for a value would put the source where the gas is just so strong.
     """
 
-    def __init__(self, world: World, arm: Arm, log: RunLog) -> None:
-        self._world, self._arm, self._log = world, arm, log
+    def __init__(self, world: World, arm: Arm, log: RunLog, highest_raw: float = math.inf) -> None:
+        self._world, self._arm, self._log, self._highest_raw = world, arm, log, highest_raw
         self._goal = arm.home
 
     @property
@@ -43,7 +44,7 @@ class Watched:
         for sample in self._world.samples(for_s):
             self._log.write(sample)
             stopping.check()
-            if isinstance(sample, _SENSED):
+            if isinstance(sample, JointState) or (isinstance(sample, GasSample) and sample.raw < self._highest_raw):
                 yield sample
 
     def move(self, q_rad: Array) -> float:
@@ -124,11 +125,16 @@ def _who_gives(need: type, stages: Mapping[str, Stage]) -> str:
     return "Add the stage that gives it to stage=[...]; `python -m oio.run --help` lists the stages and what they give."
 
 
-def run_stages(stages: Mapping[str, Stage], world: World, arm: Arm, log: RunLog, out: Path, seed: int) -> dict[type, object]:
-    """Run every stage in order; each has a random stream of its own, so a new stage cannot shift another's noise."""
+def run_stages(
+    stages: Mapping[str, Stage], world: World, arm: Arm, log: RunLog, out: Path, seed: int, highest_raw: float = math.inf
+) -> dict[type, object]:
+    """Run every stage in order; each has a random stream of its own, so a new stage cannot shift another's noise.
+
+    `highest_raw` is that of the sensor: stages see no gas that is not below it.
+    """
     check_order(stages)
     results: dict[type, object] = {}
-    watched = Watched(world, arm, log)
+    watched = Watched(world, arm, log, highest_raw)
     for name, stage in stages.items():
         rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
         with log.stage(name, lambda: watched.t_ns) as close:

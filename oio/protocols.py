@@ -93,6 +93,11 @@ class Sensor(Protocol):
         """Slope below which warm-up is over."""
         ...
 
+    @property
+    def highest_raw(self) -> float:
+        """The upper end of the scale, or infinity: a value there is no measurement."""
+        ...
+
     def reading(self, sample: GasSample) -> GasReading:
         """Raw to ppm with the white-noise standard deviation of one reading; nominal law, no calibration."""
         ...

@@ -43,13 +43,13 @@ class NosePort:
             fits = "scd30 or scd41, which say ppm" if bits is None else "line, which says counts"
             raise BadInput(f"sensor={sensor.name} goes with {fits}, but backend.nose.driver={self.driver} was given.")
         stuck_after = self.stuck_after if _noisy(sensor) else NEVER
+        intake = Intake(mailbox, sensor.elements, sensor.highest_raw, stuck_after)
         if self.driver == "line":
             assert isinstance(bits, int)
-            intake = Intake(mailbox, sensor.elements, (1 << bits) - 1, stuck_after)
             sentence = line.Sentence(self.talker, self.columns, "AB"[: sensor.elements], bits)
             return line.Line(intake, clock, sentence, sensor.sample_s)
         made = scd30.Scd30 if self.driver == "scd30" else scd41.Scd41
-        return made(Intake(mailbox, sensor.elements, scd30.FULL_PPM, stuck_after), clock, sensor.sample_s)
+        return made(intake, clock, sensor.sample_s)
 
 
 def _noisy(sensor: Sensor) -> bool:

@@ -1,4 +1,7 @@
-"""What a nose says on its way to the mailbox: numbers that are none, that never change, or that stand at the upper rail go no further."""
+"""What a nose says on its way to the mailbox: numbers that are none or that never change go no further.
+
+Values at the upper rail are counted and pass, to the log: no stage sees them (`oio.pipeline.Watched`).
+"""
 
 import math
 from collections import Counter
@@ -10,8 +13,8 @@ from oio.records import GasSample
 class Intake:
     """Counts what it lets pass and what it does not."""
 
-    def __init__(self, mailbox: Mailbox, elements: int, full: float, stuck_after: int) -> None:
-        self._mailbox, self._full, self._stuck_after = mailbox, full, stuck_after
+    def __init__(self, mailbox: Mailbox, elements: int, highest_raw: float, stuck_after: int) -> None:
+        self._mailbox, self._highest, self._stuck_after = mailbox, highest_raw, stuck_after
         self._same = [(math.nan, 0)] * elements  # the last value of each element, and how often it came in a row
         self.counts: Counter[str] = Counter()
 
@@ -20,9 +23,14 @@ class Intake:
         last, times = self._same[element]
         times = times + 1 if raw == last else 1
         self._same[element] = raw, times
-        why = (
-            "not a number" if not math.isfinite(raw) else "saturated" if raw >= self._full else "stuck" if times > self._stuck_after else ""
-        )
-        self.counts[why or "samples"] += 1
-        if not why:
+        kind = self._kind(raw, times)
+        self.counts[kind] += 1
+        if kind in ("samples", "saturated"):
             self._mailbox.put(Arrived(GasSample(t_ns, element, float(raw)), arrived_ns))
+
+    def _kind(self, raw: float, times: int) -> str:
+        if not math.isfinite(raw):
+            return "not a number"
+        if raw >= self._highest:
+            return "saturated"  # for however long: the gas may be so strong
+        return "stuck" if times > self._stuck_after else "samples"

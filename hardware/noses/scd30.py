@@ -13,7 +13,6 @@ from hardware.wire import modbus
 ADDRESS = 0x61
 FIRMWARE, INTERVAL, READY, VALUES, START = 0x0020, 0x0025, 0x0027, 0x0028, 0x0036
 INTERVAL_S = (2, 1800)  # what the register takes
-FULL_PPM = 40_000.0
 ANSWER_S = 0.25  # 17 bytes take 9 ms, and the device thinks for some
 
 

@@ -18,7 +18,6 @@ FIRST_PORT, ON, VOLTS_3_3, KHZ_100, NAME = 0x00, 0x01, 0x02, 0x00, b"\x01"
 ERROR = 0x7F  # of the state byte: why a command failed; its top bit says only that something once did
 VARIANT_SCD41 = 0x1440
 STOP_S, WAKE_S = 0.5, 0.03  # data sheet: after stop, after power-up
-FULL_PPM = 40_000.0
 I2C_US = 100_000
 ANSWER_S = 0.3
 

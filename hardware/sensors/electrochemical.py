@@ -22,6 +22,11 @@ class Electrochemical(Nose):
         return self.sensitivity_na_ppm * 1e-9 * self.r_tia_ohm / self.v_ref * self._full
 
     @property
+    def highest_raw(self) -> float:
+        """Full scale of the ADC."""
+        return float(self._full)
+
+    @property
     def _full(self) -> int:
         return (1 << self.adc_bits) - 1
 

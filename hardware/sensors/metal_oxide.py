@@ -18,6 +18,11 @@ class MetalOxide(Nose):
     adc_bits: int
 
     @property
+    def highest_raw(self) -> float:
+        """Full scale of the ADC."""
+        return float(self._full)
+
+    @property
     def _full(self) -> int:
         return (1 << self.adc_bits) - 1
 

@@ -111,6 +111,11 @@ class Nose:
         """The electronics' lower rail: a value there says only that the concentration is not more than that."""
         return 0.0
 
+    @property
+    def highest_raw(self) -> float:
+        """The upper rail, or the end of the scale: a value there is no measurement, and no stage sees it."""
+        return math.inf
+
     def unit(self, truth: np.random.Generator, noise: np.random.Generator) -> "Specimen":
         """A simulated specimen: its spread is drawn from `truth`, its noise from `noise`."""
         return Specimen(self, truth, noise)

@@ -11,6 +11,12 @@ class Optical(Nose):
     """A sensor whose raw value is ppm, rounded to `step_ppm`."""
 
     step_ppm: float  # resolution on the wire
+    full_ppm: float  # end of the scale
+
+    @property
+    def highest_raw(self) -> float:
+        """The end of the scale."""
+        return self.full_ppm
 
     def raw(self, ppm: float) -> float:
         """ppm as they stand."""
@@ -25,5 +31,5 @@ class Optical(Nose):
         return math.sqrt(self.spread.noise**2 + self.step_ppm**2 / 12.0)
 
     def electronics(self, ppm: float, gain: float, signal: float) -> float:
-        """gain * ppm + signal, rounded; never below zero."""
-        return max(round((gain * ppm + signal) / self.step_ppm), 0) * self.step_ppm
+        """gain * ppm + signal, rounded; never below zero nor above the end of the scale."""
+        return min(max(round((gain * ppm + signal) / self.step_ppm), 0) * self.step_ppm, self.full_ppm)

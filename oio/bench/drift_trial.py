@@ -60,7 +60,7 @@ def run_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> l
     stages: dict[str, Stage] = {name: built.stages[name] for name in CALIBRATION}
     stages[source] = _hover(built, times) if source == "known" else built.stages["navigate"]
     with tempfile.TemporaryDirectory() as folder, built.backend.open() as world:
-        results = run_stages(stages, world, built.arm, log, Path(folder), seed)
+        results = run_stages(stages, world, built.arm, log, Path(folder), seed, built.sensor.highest_raw)
     ended = results[Hovered if source == "known" else Navigation]
     assert isinstance(ended, Hovered | Navigation)
     found = errors(log, built.arm, ended.began_ns)

@@ -50,7 +50,7 @@ def run_trial(words: tuple[str, ...], seed: int) -> dict[str, Any]:
     """The summary of a run, without the time it took."""
     built = experiment(words, seed)
     with tempfile.TemporaryDirectory() as folder, built.backend.open() as world:
-        results = run_stages(built.stages, world, built.arm, MemoryLog(), Path(folder), seed)
+        results = run_stages(built.stages, world, built.arm, MemoryLog(), Path(folder), seed, built.sensor.highest_raw)
     calibration, found = results.get(Calibration), results.get(Evaluation)
     if not isinstance(calibration, Calibration) or not isinstance(found, Evaluation):
         raise BadInput(f"the stages were {list(built.stages)}, but a benchmark needs 'assemble_qr' and 'evaluate'. Leave stage= out.")

@@ -24,12 +24,12 @@ def intake():
     return Intake(box, 2, 1023.0, 3), box
 
 
-def test_values_that_are_none_or_at_the_rail_are_counted_and_dropped(intake):
+def test_values_that_are_none_are_dropped_and_those_at_the_rail_counted(intake):
     taken, box = intake
-    for i, raw in enumerate([1.0, math.nan, math.inf, 1023.0, 1022.0]):
+    for i, raw in enumerate([1.0, math.nan, math.inf, 1023.0, 1023.0, 1023.0, 1023.0, 1024.0, 1022.0]):
         taken.put(i, 0, raw, i)
-    assert [a.sample.raw for a in box.gas] == [1.0, 1022.0]
-    assert taken.counts == {"samples": 2, "not a number": 2, "saturated": 1}
+    assert [a.sample.raw for a in box.gas] == [1.0, 1023.0, 1023.0, 1023.0, 1023.0, 1024.0, 1022.0]
+    assert taken.counts == {"samples": 2, "not a number": 2, "saturated": 5}
 
 
 def test_a_value_that_never_changes_is_stuck_per_element(intake):

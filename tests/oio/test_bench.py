@@ -56,6 +56,13 @@ def test_a_trial_leaves_no_trace_in_the_next_one(in_memory):
     assert run_trial(SHORT, 4) == in_memory
 
 
+def test_what_stands_at_the_upper_rail_is_not_taken_for_a_value():
+    """A cell whose amplifier ends at 217 ppm: a fit that believes the rail declares this source 49 mm from where it stands."""
+    words = ("sensor=ec", "air=still", "dof=5", "sensor.adc_bits=10", "sensor.v_ref=5", "sensor.r_tia_ohm=35000")
+    found = run_trial(words, 2006)["calibrated"]
+    assert found["inside_95"] and found["source_error_m"] < 0.015
+
+
 def test_every_seed_has_a_truth_of_its_own():
     assert [experiment(SHORT, seed).backend.seeds.truth for seed in (4, 0, 7)] == [4, 0, 7]
 

@@ -157,6 +157,14 @@ def watched(built):
     return Watched(World(journal, arm), arm, Log(journal)), journal, arm
 
 
+def test_gas_at_the_upper_rail_goes_to_the_log_and_to_no_stage(built):
+    journal, arm = [], built("arm", "dof=3")
+    for highest_raw, seen in ((420.0, 0), (420.1, 3)):
+        samples = list(Watched(World(journal, arm), arm, Log(journal), highest_raw).samples(0.3))
+        assert sum(isinstance(s, GasSample) for s in samples) == seen
+    assert sum(isinstance(record, GasSample) for _, record in journal) == 6
+
+
 def test_every_sample_is_logged_before_a_stage_sees_it(watched):
     world, journal, _ = watched
     for sample in world.samples(0.3):
