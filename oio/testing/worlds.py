@@ -1,5 +1,7 @@
 """Suite for backends."""
 
+import dataclasses
+import time
 from typing import Any, cast
 
 import numpy as np
@@ -22,29 +24,60 @@ class _Nowhere:
 def check_backend(backend: Backend, for_s: float = 1.0) -> None:
     """Time runs on, samples come in its order, a second opening gives the same, unknown sources and NaN commands are refused.
 
-    `for_s` must be long enough for joints and gas to come in. A backend with a field `arm` is sent a NaN as a stage would send it.
+    `for_s` must be long enough for joints and gas to come in. A backend with an `Arm` among its fields is sent a NaN as a stage would
+    send it. For a bench, whose time is not its own, there is `check_live_backend`.
     """
     frozen(backend)
     with backend.open() as world:
         first = _run(world, for_s)
-        refused("a source that the world does not have", world.present, "no such source")
-        arm = getattr(backend, "arm", None)
-        if isinstance(arm, Arm):
-            _check_command(world, arm, for_s)
+        _check_refusals(backend, world, for_s)
     with backend.open() as world:
         second = _run(world, for_s)
     promise([bits(s) for s in first] == [bits(s) for s in second], "a backend opened again gives the same samples, bit for bit.")
 
 
+def check_live_backend(backend: Backend, for_s: float = 1.0, away_s: float = 0.5) -> None:
+    """What can be asked of a bench: as `check_backend`, but its time goes on while nobody asks, and no two runs are the same.
+
+    What it senses while its caller is away for `away_s` seconds of the host comes with the next span, and when it was left it can be
+    opened again.
+    """
+    frozen(backend)
+    with backend.open() as world:
+        last_ns = _sensed(world, for_s)[-1].t_ns
+        time.sleep(away_s)
+        meanwhile = [s for s in _in_order(world, 0.0, last_ns) if isinstance(s, JointState)]
+        promise(len(meanwhile) > 0, f"joints that were sensed in {away_s} s while nobody asked come with the next span.")
+        _check_refusals(backend, world, for_s)
+    with backend.open() as world:
+        _sensed(world, for_s)
+
+
+def _check_refusals(backend: Backend, world: World, for_s: float) -> None:
+    refused("a source that the world does not have", world.present, "no such source")
+    arms = [field for key in dataclasses.fields(cast(Any, backend)) if isinstance(field := getattr(backend, key.name), Arm)]
+    for arm in arms:
+        _check_command(world, arm, for_s)
+
+
 def _run(world: World, for_s: float) -> list[WorldSample]:
+    """Of a world whose time passes only while samples are asked for."""
     began_ns = world.t_ns
-    promise(began_ns >= 0, f"time begins at 0 ns or later, not at {began_ns}.")
     world.present("none")
     seen = list(_in_order(world, 0.0, began_ns))
     promise(world.t_ns - began_ns <= nanoseconds(for_s) // 2, "samples(0) lets no time pass.")
-    seen += _in_order(world, for_s, seen[-1].t_ns if seen else began_ns)
-    promise(world.t_ns > began_ns, f"samples({for_s}) lets time pass.")
+    seen += _sensed(world, for_s)
     promise(world.t_ns <= began_ns + nanoseconds(for_s), f"samples({for_s}) lets no more time pass than that.")
+    return seen
+
+
+def _sensed(world: World, for_s: float) -> list[WorldSample]:
+    """The samples of a span, among which there are joints and gas."""
+    began_ns = world.t_ns
+    promise(began_ns >= 0, f"time begins at 0 ns or later, not at {began_ns}.")
+    world.present("none")
+    seen = list(_in_order(world, for_s, began_ns))
+    promise(world.t_ns > began_ns, f"samples({for_s}) lets time pass.")
     promise(any(isinstance(s, JointState) for s in seen), f"joints come in within {for_s} s; else check with a longer for_s.")
     promise(any(isinstance(s, GasSample) for s in seen), f"gas comes in within {for_s} s; else check with a longer for_s.")
     return seen

@@ -19,6 +19,7 @@ from hardware.emulators.lab import SLIP_S, Lab
 from hardware.wire import dynamixel, modbus, scd4x, shdlc, sts
 from hardware.wire.line import Lines
 from oio.errors import BadInput
+from oio.testing import check_live_backend
 
 ROOT = Path(__file__).resolve().parents[2]
 KEYS = ROOT / "conf" / "emulate.yaml"
@@ -347,3 +348,13 @@ def test_the_command_refuses_in_one_paragraph():
     out, said = process.communicate(timeout=60)
     assert process.returncode == 2 and (line, out) == ("", "")
     assert said == "oio: sensor=ndir goes with nose=scd30 or nose=scd41, which say ppm, but nose=line was given.\n"
+
+
+@pytest.mark.parametrize(
+    ("sensor", "nose", "arm"), [("ndir", "scd30", "feetech"), ("pa", "scd41", "dynamixel"), ("mox_mq", "line", "none")]
+)
+def test_a_bench_at_emulated_ports_is_a_live_backend(up, built, sensor, nose, arm):
+    with up(f"sensor={sensor}", "arm.encoder_drift_deg_s2=0", nose=nose, arm=arm) as bench, bench.loop.running():
+        words = [f"backend.{key}.port={port}" for key, port in bench.ports.items()]
+        words += [f"backend.speed={SPEED:g}", f"backend.nose.driver={nose}", f"backend.arm.driver={arm}", "backend.valve.driver=line"]
+        check_live_backend(built("backend", "backend=serial", *QUIET, f"sensor={sensor}", *words), for_s=3.0)

@@ -2,6 +2,7 @@
 
 import contextlib
 import itertools
+import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from oio.errors import BadInput
 from oio.records import GasReading, GasSample, JointState
-from oio.testing import check_air, check_backend, check_sensor
+from oio.testing import check_air, check_backend, check_live_backend, check_sensor
 
 
 @dataclass(frozen=True)
@@ -169,3 +170,43 @@ def test_a_bad_backend_is_found(how, said):
     check_backend(Bench())
     with pytest.raises(AssertionError, match=said):
         check_backend(Bench(how))
+
+
+@dataclass(frozen=True)
+class Table:
+    """A live backend that breaks one promise."""
+
+    how: str = ""
+    opened: list = field(default_factory=list)
+
+    @contextlib.contextmanager
+    def open(self):
+        if self.opened and self.how == "shut":
+            raise BadInput("the port is in use")
+        self.opened.append(1)
+        yield Going(self.how, 0)
+
+
+class Going(Live):
+    """Its time goes on; what was sensed meanwhile comes first."""
+
+    def __init__(self, how, opening):
+        super().__init__(how, opening)
+        self._left = time.monotonic()
+
+    def samples(self, for_s):
+        away_s = time.monotonic() - self._left
+        yield from super().samples(for_s + (0.0 if self.how == "deaf" else away_s))
+        self._left = time.monotonic()
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [("deaf", "while nobody asked"), ("backward", "time order"), ("odourless", "gas comes in within"), ("easy", "not refused")],
+)
+def test_a_bad_live_backend_is_found(how, said):
+    check_live_backend(Table(), away_s=0.1)
+    with pytest.raises(AssertionError, match=said):
+        check_live_backend(Table(how), away_s=0.1)
+    with pytest.raises(BadInput, match="in use"):
+        check_live_backend(Table("shut"), away_s=0.1)
