@@ -8,17 +8,18 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_threads, "1")  # before numpy: threads of a library would take the host's CPU for small matrices
+from oio import launch
 
-import hydra  # noqa: E402
-from hydra.utils import instantiate  # noqa: E402
+launch.begin(__name__)
 
-from hardware.backends.mujoco_sim import MujocoSim  # noqa: E402
-from hardware.emulators import choice, faults  # noqa: E402
-from hardware.emulators.bench import Emulated, emulated  # noqa: E402
-from oio.conf import CONF  # noqa: E402
-from oio.refusals import as_known  # noqa: E402
+import hydra
+from hydra.utils import instantiate
+
+from hardware.backends.mujoco_sim import MujocoSim
+from hardware.emulators import choice, faults
+from hardware.emulators.bench import Emulated, emulated
+from oio.conf import CONF
+from oio.refusals import as_known
 
 KEYS = CONF / "emulate.yaml"
 # Servos have absolute encoders. With the paper's drift a joint that is led to its end is pressed against it, and the guard rightly stops.

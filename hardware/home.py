@@ -17,6 +17,10 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from oio import launch
+
+launch.begin(__name__)
+
 import hydra
 import numpy as np
 from hydra.utils import instantiate

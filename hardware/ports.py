@@ -5,6 +5,10 @@ Ports that the system does not list (emulators) are asked if they are given as w
 
 from collections.abc import Iterator
 
+from oio import launch
+
+launch.begin(__name__)
+
 from rich.console import Console
 from rich.markup import escape
 from serial.tools import list_ports

@@ -8,27 +8,28 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_threads, "1")  # before numpy: the matrices are small, and a fixed order of sums keeps runs equal to the bit
+from oio import launch
 
-import hydra  # noqa: E402
-from hydra.core.hydra_config import HydraConfig  # noqa: E402
-from hydra.core.override_parser.overrides_parser import OverridesParser  # noqa: E402
-from hydra.types import RunMode  # noqa: E402
-from hydra.utils import instantiate  # noqa: E402
-from omegaconf import DictConfig, OmegaConf  # noqa: E402
+launch.begin(__name__)
 
-from oio import stopping  # noqa: E402
-from oio.arm import ROOT  # noqa: E402
-from oio.choices import show_help  # noqa: E402
-from oio.conf import CONF  # noqa: E402
-from oio.console import show_summary  # noqa: E402
-from oio.errors import BadInput, OioError  # noqa: E402
-from oio.experiment import Experiment, execute  # noqa: E402
-from oio.log import read_metadata  # noqa: E402
-from oio.pipeline import check_order  # noqa: E402
-from oio.refusals import as_known  # noqa: E402
-from oio.sweep import SweepTable  # noqa: E402
+import hydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.types import RunMode
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from oio import stopping
+from oio.arm import ROOT
+from oio.choices import show_help
+from oio.conf import CONF
+from oio.console import show_summary
+from oio.errors import BadInput, OioError
+from oio.experiment import Experiment, execute
+from oio.log import read_metadata
+from oio.pipeline import check_order
+from oio.refusals import as_known
+from oio.sweep import SweepTable
 
 ASSEMBLIES = ("gum", "paper")
 FAILED: list[Exception] = []  # what a single run ended with

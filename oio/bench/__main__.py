@@ -5,6 +5,10 @@ import signal
 import sys
 from collections.abc import Callable
 
+from oio import launch
+
+launch.begin(__name__)
+
 from rich.console import Console
 
 from oio.bench import accuracy, drift, filters
@@ -26,7 +30,8 @@ HEADER = """[bold]Benchmarks[/bold] of olfactory inertial odometry, over many se
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one benchmark; returns the exit code."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
     try:
         _run(sys.argv[1:] if arguments is None else arguments)
     except KeyboardInterrupt:

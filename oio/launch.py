@@ -1,0 +1,19 @@
+"""What a command does before the imports that take it a second. Import it first."""
+
+import os
+import signal
+
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")  # before numpy: the matrices are small, and a fixed order of sums keeps runs equal to the bit
+
+
+def begin(name: str) -> None:
+    """If the module of that `__name__` is the command: until it listens itself, Ctrl-C and SIGTERM end it with one line."""
+    if name == "__main__":
+        signal.signal(signal.SIGINT, _end)
+        signal.signal(signal.SIGTERM, _end)
+
+
+def _end(number: int, frame: object) -> None:
+    os.write(2, b"oio: stopped.\n")
+    os._exit(130)  # an exception would be caught, or shown with its trace, by whatever is being imported
