@@ -47,25 +47,25 @@ def main(arguments: list[str]) -> None:
 
 
 def asked_all(path: str, name: str) -> list[tuple[str, str]]:
-    """What answers at a port, each with its line of YAML; noses first, for one answer is enough."""
-    for driver in noses():
-        says = _answer(path, driver.baud, driver)
-        if says:
+    """What answers at a port, each with its line of YAML. One answer is enough, and who may be booting comes last."""
+    *quick, patient = noses()
+    for driver in quick:
+        if says := _answer(path, driver.baud, driver):
             return [(says, _line("nose", driver.name, path, name))]
     for kind in BUSES:
-        bus = BUSES[kind]()
-        says = _servos(path, kind)
-        if says:
-            return [(says, _line("arm", bus.name, path, name))]
+        if says := _servos(path, kind):
+            return [(says, _line("arm", BUSES[kind]().name, path, name))]
+    if says := _answer(path, patient.baud, patient):
+        return [(says, _line("nose", patient.name, path, name)), (says, _line("valve", patient.name, path, name))]
     return []
 
 
 def noses() -> Iterator[Driver]:
-    """One driver of each kind, for asking only."""
+    """One driver of each kind, for asking only; the one that may be booting last."""
     intake, clock = Intake(Mailbox(1), 2, 1.0, 2), Clock(1.0)
-    yield Line(intake, clock, Sentence("NOSE", ("ms", "active", "adcA", "adcB"), "AB", 0), 1.0)
     yield Scd30(intake, clock, 1.0)
     yield Scd41(intake, clock, 1.0)
+    yield Line(intake, clock, Sentence("NOSE", ("ms", "active", "adcA", "adcB"), "AB", 0), 1.0)
 
 
 def _answer(path: str, baud: int, driver: Driver) -> str | None:

@@ -3,11 +3,13 @@
 import contextlib
 import select
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
-from hardware.links.asking import asked
+from hardware.links.device import Patience
 from hardware.links.find import found
+from hardware.links.microcontroller import BAUD, BOOT_S, acknowledged
 from hardware.links.port import NoAnswer, Unplugged, Wire, opened
 from hardware.wire import line
 from oio import stopping
@@ -20,8 +22,8 @@ SOURCES = {
     "beacon": "open the beacon, the source whose place is known",
     "source": "open the source to be found",
 }
-ANSWER_S, TRIES = 0.5, 10
-BAUD = 115_200
+AGAIN_S = 0.2  # between two tries to open a port that went away
+CLOSE_S = 1.0  # at the end, when nobody shall wait
 
 
 class Valve(Protocol):
@@ -29,6 +31,10 @@ class Valve(Protocol):
 
     def present(self, source: str) -> None:
         """When it returns, it is so. Raises OioError if it cannot be."""
+        ...
+
+    def leave(self) -> None:
+        """The run is over: no gas is let out any more, if that can be. Never raises OioError."""
         ...
 
 
@@ -49,17 +55,19 @@ class ValvePort:
             raise BadInput("backend.valve.driver=line has no port. Type backend.valve.port=/dev/ttyUSB1, or backend.valve.driver=ask.")
 
     @contextlib.contextmanager
-    def open(self) -> Iterator[Valve]:
-        """Ready to be told."""
-        if self.driver != "line":
-            yield Asked() if self.driver == "ask" else Nobody()
-            return
-        assert self.port is not None
-        relays = Relays(self.port)
+    def open(self, patience: Patience) -> Iterator[Valve]:
+        """Ready to be told. Raises BadInput or OioError for relays that are not there or do not answer."""
+        valve = self._made(patience)
         try:
-            yield relays
+            yield valve
         finally:
-            relays.close()
+            valve.leave()
+
+    def _made(self, patience: Patience) -> Valve:
+        if self.driver == "line":
+            assert self.port is not None
+            return Relays(self.port, patience)
+        return Asked() if self.driver == "ask" else Nobody()
 
 
 class Nobody:
@@ -68,13 +76,20 @@ class Nobody:
     def present(self, source: str) -> None:
         """Nothing."""
 
+    def leave(self) -> None:
+        """Nothing."""
+
 
 class Asked:
     """A person."""
 
+    def __init__(self) -> None:
+        self._open = "none"
+
     def present(self, source: str) -> None:
         """Ask, and wait for Enter. Raises OioError where nobody can be asked; KeyboardInterrupt after Ctrl-C."""
-        print(f"oio: please {SOURCES[source]}, then press Enter.", file=sys.stderr, flush=True)  # noqa: T201
+        self._open = source
+        _say(f"please {SOURCES[source]}, then press Enter.")
         while not select.select([sys.stdin], [], [], 0.2)[0]:
             stopping.check()
         if not sys.stdin.readline():
@@ -83,47 +98,65 @@ class Asked:
                 f"backend.valve.driver=none if gas is as it is."
             )
 
+    def leave(self) -> None:
+        """Ask, and do not wait."""
+        if self._open != "none":
+            _say(f"please {SOURCES['none']}.")
+
 
 class Relays:
     """A microcontroller with two outputs (hardware/firmware/nose has them)."""
 
-    def __init__(self, port: str) -> None:
-        self._port, self._lines, self._wire = port, line.Lines(), None
-        self._open()
-
-    _wire: Wire | None
+    def __init__(self, port: str, patience: Patience) -> None:
+        self._port, self._patience, self._lines = port, patience, line.Lines()
+        self._wire: Wire | None = None
+        try:
+            self._knock(self._opened(), patience.first_s)  # the opening has reset it
+        except (NoAnswer, Unplugged) as error:
+            self._close()
+            raise self._complaint("says nothing", error) from None
 
     def present(self, source: str) -> None:
-        """Told until it says that it did."""
-        command = f"V{list(SOURCES).index(source)}"
-        for _ in range(TRIES):
-            stopping.check()
-            try:
-                wire = self._wire or self._open()
-                asked(wire, f"{command}\n".encode(), self._lines, lambda f: f[:2] == ("ACK", command), ANSWER_S)
-            except (NoAnswer, Unplugged) as error:
-                if isinstance(error, Unplugged):
-                    self.close()
-                continue
-            return
-        raise OioError(f"the valve at backend.valve.port={self._port} does not say that it did {command}. Check its cable and power.")
+        """Told until it says that it did, and again when its port has come back."""
+        self._tell(source, self._patience.away_s, stopping.check)
 
-    def close(self) -> None:
-        """Let the port go; the valve stays as it is."""
+    def leave(self) -> None:
+        """Close both and let the port go."""
+        with contextlib.suppress(OioError):
+            self._tell("none", CLOSE_S, lambda: None)
+        self._close()
+
+    def _tell(self, source: str, within_s: float, check: Callable[[], None]) -> None:
+        command, until_s = f"V{list(SOURCES).index(source)}", time.monotonic() + within_s
+        while True:
+            check()
+            try:
+                acknowledged(self._wire or self._opened(), self._lines, command)
+                return
+            except (NoAnswer, Unplugged, BadInput) as error:  # BadInput: the port is away
+                if not isinstance(error, NoAnswer):
+                    self._close()
+                    time.sleep(AGAIN_S)
+                if time.monotonic() >= until_s:
+                    raise self._complaint(f"does not say that it did {command}", error) from None
+
+    def _complaint(self, what: str, error: Exception) -> OioError:
+        return OioError(f"the valve at backend.valve.port={self._port} {what} ({error}). Check its cable and power.")
+
+    def _opened(self) -> Wire:
+        key = "backend.valve.port"
+        path = found(self._port, key, BAUD, lambda wire: self._knock(wire, BOOT_S))
+        self._wire = opened(path, BAUD, key)
+        return self._wire
+
+    def _knock(self, wire: Wire, within_s: float) -> str | None:
+        return ", ".join(acknowledged(wire, self._lines, "ID", within_s)[2:])
+
+    def _close(self) -> None:
         if self._wire is not None:
             self._wire.close()
             self._wire = None
 
-    def _open(self) -> Wire:
-        key = "backend.valve.port"
-        try:
-            self._wire = opened(found(self._port, key, BAUD, self._knock), BAUD, key)
-        except Unplugged as error:
-            raise OioError(f"{key}={self._port} cannot be opened: {error}.") from None
-        return self._wire
 
-    def _knock(self, wire: Wire) -> str | None:
-        try:
-            return ", ".join(asked(wire, b"ID\n", self._lines, lambda f: f[:2] == ("ACK", "ID"), ANSWER_S)[2:])
-        except NoAnswer:
-            return None
+def _say(text: str) -> None:
+    print(f"oio: {text}", file=sys.stderr, flush=True)  # noqa: T201

@@ -1,12 +1,16 @@
 """Olfactory inertial odometry: joints and readings in, beliefs out; the same object live, on replay, and over the log in `evaluate`."""
 
+from dataclasses import replace
+
 from oio.batch import Fit
 from oio.beliefs import BeliefMap
 from oio.delay import Held
 from oio.knowledge import Knowledge
 from oio.model import Model
 from oio.protocols import Begins, Estimator
-from oio.records import Array, Belief, GasReading, Innovation, JointState
+from oio.records import SECOND_NS, Array, Belief, GasReading, Innovation, JointState
+
+TELLS_NOTHING_PPM = 1e6  # standard uncertainty of a reading that no gate refuses
 
 
 class Odometry:
@@ -52,7 +56,15 @@ class Odometry:
         begin = self._estimator.begin if isinstance(self._estimator, Begins) else begun_from_best
         self.belief = begin(self.known.model, self.hypotheses, self._fed.t_ns, measurements)
         self._nis = []
+        self._rehearse(self.belief, self._fed)
         return self.hypotheses
+
+    def _rehearse(self, belief: Belief, state: JointState) -> None:
+        """One step of the filter, thrown away. After an install its first step is compiled, for as long as 20 s: now the arm stands."""
+        model, then = self.known.model, replace(state, t_ns=state.t_ns + SECOND_NS)
+        belief = self._estimator.predict(model, belief, then)
+        self._estimator.update(model, belief, GasReading(then.t_ns, 0, 0.0, TELLS_NOTHING_PPM))
+        model.nose(belief, then)
 
     def _feed(self, state: JointState) -> None:
         self._fed = state

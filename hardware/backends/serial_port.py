@@ -54,17 +54,17 @@ class SerialPort:
         servos = self._servos(mailbox, clock)
         arm = None if servos is None else Device(str(self.arm.port), servos, mailbox, clock, self.patience)
         devices = [nose] if arm is None else [nose, arm]
-        try:
-            with self.valve.open() as valve:
+        with self.valve.open(self.patience) as valve:
+            try:
                 for device in devices:
                     _started(device)
                 mover = servos or Standing(self.kinematics, self.arm.period_s)
                 bench = Bench(self, clock, mailbox, nose, arm, mover, valve)
                 bench.go_home(HOMING_S)
                 yield bench
-        finally:
-            for device in reversed(devices):  # the arm first
-                device.leave()
+            finally:
+                for device in reversed(devices):  # the arm first, the valve last
+                    device.leave()
 
     def _servos(self, mailbox: Mailbox, clock: Clock) -> ServoArm | None:
         if self.arm.driver == NONE:

@@ -34,7 +34,7 @@ class Servo(Protocol):
 class Bus:
     """All of them; a maker's class gives `answer`."""
 
-    baud = 1_000_000
+    baud, boots_when_opened = 1_000_000, False
 
     def __init__(self, servos: Mapping[int, Servo]) -> None:
         self.pause_s, self._servos = 0.0, servos

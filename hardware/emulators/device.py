@@ -14,6 +14,7 @@ class Device(Protocol):
 
     baud: int
     pause_s: float  # how long it thought over its last answer
+    boots_when_opened: bool  # as an Arduino does, whose reset hangs on DTR
 
     def answer(self, data: bytes) -> bytes:
         """What the host sent, to what goes back; either may be nothing, and cut anywhere."""
@@ -24,7 +25,7 @@ class Device(Protocol):
         ...
 
     def powered(self, t_s: float) -> None:
-        """Its USB plug was out and is in again."""
+        """It begins anew: its USB plug was out and is in again, or whoever opened its port has reset it."""
         ...
 
 

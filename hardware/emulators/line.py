@@ -17,7 +17,7 @@ SOURCES = {"V0": "none", "V1": "beacon", "V2": "source"}
 class Board:
     """What both have: milliseconds since boot, acknowledgements, and what it takes for a command."""
 
-    baud, pause_s = 115_200, 0.0
+    baud, pause_s, boots_when_opened = 115_200, 0.0, True
 
     def __init__(self, adc_bits: int, trouble: Trouble) -> None:
         self._bits, self._trouble, self._commands = adc_bits, trouble, Commands()
@@ -30,7 +30,7 @@ class Board:
         return (round(1e3 * (self._t_s - self._booted_s)) + ahead) % WRAP
 
     def powered(self, t_s: float) -> None:
-        """It boots."""
+        """It boots, as it does whenever somebody opens its port."""
         self._t_s, self._booted_s, self._commands = t_s, t_s + BOOT_S, Commands()
 
     def spoken(self, t_s: float) -> bytes:

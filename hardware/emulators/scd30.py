@@ -29,7 +29,7 @@ DEGC, PCT_RH = 25.0, 50.0  # of the room, as far as this wire tells
 class Scd30:
     """Its registers, and a measurement when one is due."""
 
-    baud, pause_s = 19_200, THINK_S
+    baud, pause_s, boots_when_opened = 19_200, THINK_S, False
 
     def __init__(self, electronics: Electronics, update_s: float, trouble: Trouble) -> None:
         self._electronics, self._update_s, self._trouble = electronics, update_s, trouble

@@ -84,7 +84,7 @@ class Scd41:
 class SensorBridge:
     """The bridge, with one SCD41 at its first port."""
 
-    baud, pause_s = 460_800, THINK_S
+    baud, pause_s, boots_when_opened = 460_800, THINK_S, False
 
     def __init__(self, sensor: Scd41, trouble: Trouble) -> None:
         self._sensor, self._trouble, self._frames = sensor, trouble, shdlc.Mosi()

@@ -68,11 +68,18 @@ class Served:
         """The bench has come to t_s."""
         if ("unplug" in self.trouble) == self.port.plugged:
             self._replug(t_s)
-        self.port.look()
+        self._look(t_s)
         if self.port.plugged:
             self._say(self._device.spoken(t_s), now_s)
             if "noise" in self.trouble and self._rng.random() < NOISE_SHARE:
                 self.port.write(self._rng.bytes(int(self._rng.integers(1, 9))))
+
+    def _look(self, t_s: float) -> None:
+        before = self.port.listened
+        self.port.look()
+        if self.port.listened and not before and self._device.boots_when_opened:
+            self._plugs += 1
+            self._device.powered(t_s)
 
     def _replug(self, t_s: float) -> None:
         self._plugs += 1

@@ -47,3 +47,14 @@ def asked(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bo
         if fits(frame):
             return frame
     raise NoAnswer("no answer")
+
+
+def insisted(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], each_s: float, within_s: float) -> F:
+    """The same, asked again every `each_s` for so long: noise was in the way, or the device boots. Raises NoAnswer."""
+    until_s = time.monotonic() + within_s
+    while True:
+        try:
+            return asked(wire, question, framer, fits, each_s)
+        except NoAnswer:
+            if time.monotonic() >= until_s:
+                raise

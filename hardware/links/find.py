@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from serial.tools import list_ports
 
-from hardware.links.port import Unplugged, Wire, opened
+from hardware.links.port import NoAnswer, Unplugged, Wire, opened
 from oio.errors import BadInput
 
 USB = re.compile(r"usb:([0-9A-Fa-f]{4}):([0-9A-Fa-f]{4})(?::(.+))?")
@@ -55,7 +55,7 @@ def _answers(path: str, key: str, baud: int, knock: Knock) -> bool:
         return False  # another's
     try:
         return knock(wire) is not None
-    except Unplugged:
+    except (Unplugged, NoAnswer):
         return False
     finally:
         wire.close()

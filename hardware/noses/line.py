@@ -1,20 +1,18 @@
 """A microcontroller with two ADC channels at 115200 baud (hardware/firmware/nose): `$NOSE,ms,active,adcA,adcB*HH`, for EC, MQ and MiCS."""
 
-import contextlib
 from collections import Counter
 from dataclasses import dataclass
 
-from hardware.links.asking import asked
 from hardware.links.clock import Clock, DeviceClock
 from hardware.links.device import Counts
+from hardware.links.microcontroller import BAUD, BOOT_S, acknowledged
 from hardware.links.port import NoAnswer, Wire
 from hardware.noses.intake import Intake
 from hardware.wire import line
 from oio.errors import BadInput
 
-ANSWER_S = 0.6
+INSIST_S = 1.5  # on a command
 TURN_S = 0.1
-TRIES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +28,7 @@ class Sentence:
 class Line:
     """Takes every frame for a sample of the element it calls active, and asks for the other one."""
 
-    key, name, baud = "backend.nose", "line", 115_200
+    key, name, baud = "backend.nose", "line", BAUD
 
     def __init__(self, intake: Intake, clock: Clock, sentence: Sentence, sample_s: float) -> None:
         self._intake, self._clock, self._device = intake, clock, DeviceClock()
@@ -53,7 +51,7 @@ class Line:
                 f"the microcontroller at {self.key}.port converts to {who[4][:8]} bits, but sensor.adc_bits is {self._sentence.adc_bits}. "
                 f"Type sensor.adc_bits={who[4][:8]}, or flash another firmware."
             )
-        self._ask(wire, f"P{self._period_ms}")
+        acknowledged(wire, self._lines, f"P{self._period_ms}", INSIST_S)
         self._last_ms = -1
 
     def turn(self, wire: Wire) -> bool:
@@ -92,15 +90,7 @@ class Line:
             wire.write(f"S{other}\n".encode())
 
     def _identity(self, wire: Wire) -> tuple[str, ...]:
-        return self._ask(wire, "ID")
-
-    def _ask(self, wire: Wire, command: str) -> tuple[str, ...]:
-        """The acknowledgement; asked again if noise was in the way."""
-        question, answers = f"{command}\n".encode(), lambda f: f[:2] == ("ACK", command)
-        for _ in range(TRIES - 1):
-            with contextlib.suppress(NoAnswer):
-                return asked(wire, question, self._lines, answers, ANSWER_S)
-        return asked(wire, question, self._lines, answers, ANSWER_S)
+        return acknowledged(wire, self._lines, "ID", BOOT_S)
 
 
 def _decimal(text: str) -> int:

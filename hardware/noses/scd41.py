@@ -18,6 +18,7 @@ FIRST_PORT, ON, VOLTS_3_3, KHZ_100, NAME = 0x00, 0x01, 0x02, 0x00, b"\x01"
 ERROR = 0x7F  # of the state byte: why a command failed; its top bit says only that something once did
 VARIANT_SCD41 = 0x1440
 STOP_S, WAKE_S = 0.5, 0.03  # data sheet: after stop, after power-up
+TRIES, AGAIN_S = 4, 0.1
 I2C_US = 100_000
 ANSWER_S = 0.3
 
@@ -50,11 +51,19 @@ class Scd41:
         time.sleep(WAKE_S)
         self._sensor(wire, scd4x.STOP, 0)  # it may be measuring still, and then takes no other command
         time.sleep(self._clock.host_s(STOP_S))
-        variant = self._words(wire, scd4x.VARIANT, 1)
-        if variant is None or variant[0] & 0xF000 != VARIANT_SCD41 & 0xF000:
+        if not self._is_there(wire):
             raise NoAnswer("the bridge answers, but no SCD41 behind it")
         self._sensor(wire, scd4x.START, 0)
         self._pace.started()
+
+    def _is_there(self, wire: Wire) -> bool:
+        """Whether it says that it is an SCD41; asked more than once, for it may need a little longer to stop."""
+        for _ in range(TRIES):
+            variant = self._words(wire, scd4x.VARIANT, 1)
+            if variant is not None:
+                return variant[0] & 0xF000 == VARIANT_SCD41 & 0xF000
+            time.sleep(AGAIN_S)
+        return False
 
     def turn(self, wire: Wire) -> bool:
         """Ask; a value is as old as the question that was answered with yes."""

@@ -14,6 +14,7 @@ from oio.records import Array
 
 Positions = NDArray[np.int64]
 P = TypeVar("P")
+TRIES = 3
 ANSWER_S = 0.03  # host seconds for all servos: 0.7 ms of wire time, return delays, and a busy host
 
 
@@ -60,6 +61,16 @@ class Bus(Protocol):
     def framer(self) -> Framer[Any]:
         """Whose counts are those of the wire."""
         ...
+
+
+def answer(wire: Wire, question: bytes, framer: Framer[P], servo: int, of: Callable[[P], int | None]) -> P:
+    """The packet of one servo, for questions that may be asked again. Raises NoAnswer."""
+    for _ in range(TRIES - 1):
+        try:
+            return answers(wire, question, framer, [servo], of)[0]
+        except NoAnswer:
+            time.sleep(ANSWER_S)  # one that is only late shall be gone before the next question
+    return answers(wire, question, framer, [servo], of)[0]
 
 
 def answers(wire: Wire, question: bytes, framer: Framer[P], ids: Sequence[int], of: Callable[[P], int | None]) -> list[P]:

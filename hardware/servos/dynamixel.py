@@ -1,11 +1,11 @@
 """Dynamixel X series, protocol 2.0, at 1 Mbaud."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from hardware.links.port import NoAnswer, Wire
-from hardware.servos.bus import Felt, Positions, answers
+from hardware.servos.bus import Felt, Positions, answer, answers
 from hardware.wire import dynamixel
 
 LIMIT = dynamixel.Register(38, 2)  # of the current, in the unit of PRESENT_CURRENT
@@ -46,7 +46,7 @@ class Dynamixel:
     def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
         """See `Bus`; load is the current over the current limit."""
         question = dynamixel.sync_read(*PRESENT, ids)
-        packets = answers(wire, question, self._packets, ids, lambda p: self._whose(p, PRESENT.length))
+        packets = answers(wire, question, self._packets, ids, _of(PRESENT.length))
         fields = [np.frombuffer(p.params, dtype=[("current", "<i2"), ("velocity", "<i4"), ("position", "<i4")])[0] for p in packets]
         load = np.array([abs(int(f["current"])) / self._most[s] for f, s in zip(fields, ids, strict=True)])
         return Felt(np.array([int(f["position"]) for f in fields]), load)
@@ -63,21 +63,21 @@ class Dynamixel:
 
     def health(self, wire: Wire, servo: int) -> tuple[float, float]:
         """See `Bus`."""
-        data = self._read(wire, servo, HEALTH)
+        data = answers(wire, dynamixel.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
         return float(data[2]), 0.1 * int.from_bytes(data[:2], "little")
 
     def _read(self, wire: Wire, servo: int, register: dynamixel.Register) -> bytes:
-        question = dynamixel.read(servo, *register)
-        return answers(wire, question, self._packets, [servo], lambda p: self._whose(p, register.length))[0].params
+        return answer(wire, dynamixel.read(servo, *register), self._packets, servo, _of(register.length)).params
 
     def _write(self, wire: Wire, servo: int, register: dynamixel.Register, value: int) -> None:
         question = dynamixel.write(servo, register.address, value.to_bytes(register.length, "little"))
-        answers(wire, question, self._packets, [servo], lambda p: self._whose(p, 0))
-
-    @staticmethod
-    def _whose(packet: dynamixel.Packet, length: int) -> int | None:
-        return packet.id if packet.instruction == STATUS and len(packet.params) == length else None
+        answer(wire, question, self._packets, servo, _of(0))
 
     @staticmethod
     def _number(data: bytes) -> int:
         return int.from_bytes(data, "little")
+
+
+def _of(length: int) -> Callable[[dynamixel.Packet], int | None]:
+    """Whose answer of so many bytes a packet is."""
+    return lambda packet: packet.id if packet.instruction == STATUS and len(packet.params) == length else None

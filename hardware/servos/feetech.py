@@ -1,11 +1,11 @@
 """Feetech STS3215 at 1 Mbaud."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from hardware.links.port import NoAnswer, Wire
-from hardware.servos.bus import Felt, Positions, answers
+from hardware.servos.bus import Felt, Positions, answer, answers
 from hardware.wire import sts
 
 PRESENT = sts.Register(sts.PRESENT_POSITION.address, 6)  # position, velocity, load
@@ -49,7 +49,7 @@ class Feetech:
     def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
         """See `Bus`."""
         question = sts.sync_read(*PRESENT, ids)
-        packets = answers(wire, question, self._packets, ids, lambda p: p.id if len(p.params) == PRESENT.length else None)
+        packets = answers(wire, question, self._packets, ids, _of(PRESENT.length))
         words = np.array([np.frombuffer(p.params, dtype="<u2") for p in packets], dtype=np.int64)
         counts = [sts.signed(int(w), SIGN_POSITION) for w in words[:, 0]]
         return Felt(np.array(counts), np.array([abs(sts.signed(int(w), SIGN_LOAD)) for w in words[:, 2]]) / LOAD_FULL)
@@ -66,17 +66,21 @@ class Feetech:
 
     def health(self, wire: Wire, servo: int) -> tuple[float, float]:
         """See `Bus`."""
-        voltage, temperature = self._read(wire, servo, HEALTH)
+        voltage, temperature = answers(wire, sts.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
         return float(temperature), 0.1 * voltage
 
     def _read(self, wire: Wire, servo: int, register: sts.Register) -> bytes:
-        question = sts.read(servo, *register)
-        return answers(wire, question, self._packets, [servo], lambda p: p.id if len(p.params) == register.length else None)[0].params
+        return answer(wire, sts.read(servo, *register), self._packets, servo, _of(register.length)).params
 
     def _write(self, wire: Wire, servo: int, register: sts.Register, value: int) -> None:
         question = sts.write(servo, register.address, value.to_bytes(register.length, "little"))
-        answers(wire, question, self._packets, [servo], lambda p: p.id if not p.params else None)
+        answer(wire, question, self._packets, servo, _of(0))
 
     @staticmethod
     def _number(data: bytes) -> int:
         return int.from_bytes(data, "little")
+
+
+def _of(length: int) -> Callable[[sts.Packet], int | None]:
+    """Whose answer of so many bytes a packet is."""
+    return lambda packet: packet.id if len(packet.params) == length else None

@@ -16,6 +16,7 @@ import pytest
 from hardware.emulators import choice
 from hardware.emulators.bench import emulated
 from hardware.emulators.lab import SLIP_S, Lab
+from hardware.emulators.line import BOOT_S
 from hardware.wire import dynamixel, modbus, scd4x, shdlc, sts
 from hardware.wire.line import Lines
 from oio.errors import BadInput
@@ -215,22 +216,28 @@ def test_frames_come_by_the_worlds_clock(up):
         assert 4.0 * (time.monotonic() - began_s - slipped_s) > 3.9 - 0.2
 
 
-def test_what_nobody_listens_to_is_lost(up):
-    """A host that opens the port later hears the present, not the past."""
-    with up(nose="line", arm="none", speed=5.0) as bench, bench.loop.running():
+def test_what_nobody_listens_to_is_lost_and_who_opens_the_port_resets_the_board(up):
+    """As DTR does with an Arduino: it boots, and hears nothing meanwhile."""
+    with up(nose="line", arm="none", speed=2.0) as bench, bench.loop.running():
         time.sleep(0.5)
-        fd = os.open(bench.ports["nose"], os.O_RDWR | os.O_NOCTTY)  # without a flush
-        try:
-            framer, frames = Lines(), []
-            while not frames:
-                frames = framer.feed(os.read(fd, 4096))
-            assert int(frames[0][1]) > 1500
-        finally:
-            os.close(fd)
+        for _ in range(2):
+            opened_s = time.monotonic()
+            fd = os.open(bench.ports["nose"], os.O_RDWR | os.O_NOCTTY)  # without a flush
+            try:
+                framer, frames = Lines(), []
+                while not frames:
+                    os.write(fd, b"SB\n")
+                    time.sleep(0.02)
+                    frames = framer.feed(os.read(fd, 4096) if select.select([fd], [], [], 0.0)[0] else b"")
+                assert frames[0][0] == "ACK" and int(frames[0][2]) < 200  # the clock began when it had booted
+                assert time.monotonic() - opened_s > BOOT_S / 2.0 - 0.02
+            finally:
+                os.close(fd)
+            time.sleep(0.1)
 
 
 def test_a_plug_that_is_pulled_comes_back_under_its_name(up):
-    with up(nose="line", arm="none", faults="nose.unplug@2:2") as bench, bench.loop.running():
+    with up(nose="line", arm="none", faults="nose.unplug@4:2") as bench, bench.loop.running():
         path = bench.ports["nose"]
         with Host(path) as nose:
             assert nose.ask(b"SB\n", Ack())
@@ -254,7 +261,8 @@ def test_a_wire_in_trouble_gives_no_wrong_frame_and_recovers(up, kind):
     """Seconds of the schedule pass from the first question on."""
     emulated = up(nose="line", arm="none", faults=f"nose.{kind}@1:2", speed=4.0)
     with emulated as bench, bench.loop.running(), Host(bench.ports["nose"]) as nose:
-        time.sleep(0.3)
+        while not nose.read():
+            pass  # it boots
         framer, ms = Lines(), []
         asked = int(nose.ask(b"SA\n", Ack())[0][2])
         while not ms or ms[-1] < asked + 4000:

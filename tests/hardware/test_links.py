@@ -180,8 +180,8 @@ def test_what_came_in_before_the_question_is_no_answer(pty):
     time.sleep(0.05)
     with pytest.raises(NoAnswer):
         asked(wire, b"x", lines, lambda fields: True, 0.1)
-    threading.Timer(0.05, lambda: os.write(master, sentence("NOSE", "1") + sentence("ACK", "NEW"))).start()
-    assert asked(wire, b"x", lines, lambda fields: fields[0] == "ACK", 1.0) == ("ACK", "NEW")
+    threading.Timer(0.5, lambda: os.write(master, sentence("NOSE", "1") + sentence("ACK", "NEW"))).start()
+    assert asked(wire, b"x", lines, lambda fields: fields[0] == "ACK", 5.0) == ("ACK", "NEW")
     wire.close()
 
 

@@ -1,0 +1,106 @@
+"""Who opens the gas: relays that boot, go away and come back, and a person who is asked."""
+
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from hardware.emulators import choice
+from hardware.emulators.bench import emulated
+from hardware.links.device import Patience
+from hardware.valves import ValvePort
+from oio import stopping
+from oio.errors import BadInput, OioError
+
+KEYS = Path(__file__).resolve().parents[2] / "conf" / "emulate.yaml"
+PATIENCE = Patience(first_s=3.0, silent_s=1.0, away_s=4.0, backoff_s=0.1, backoff_most_s=1.0)
+HASTY = Patience(first_s=0.1, silent_s=0.1, away_s=0.5, backoff_s=0.1, backoff_most_s=0.1)
+
+
+@pytest.fixture
+def bench(built, tmp_path):
+    """Running, with a valve; `bench.gas` is what the valve let out, in order."""
+    words = {"nose": "scd30", "arm": "none", "speed": "4", "out": str(tmp_path)}
+    chosen, overrides = choice.read([f"{key}={value}" for key, value in words.items()], KEYS)
+    with emulated(chosen, built("backend", "air=steady", "dof=3", *overrides)) as made:
+        device, gas = made.loop._served["valve"]._device, []
+        let_out = device._present
+        device._present = lambda source: (gas.append(source), let_out(source))
+        with made.loop.running():
+            yield made, gas
+
+
+def test_relays_boot_are_told_and_let_out_nothing_at_the_end(bench):
+    made, gas = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        assert gas == ["none"]  # the opening has reset it
+        valve.present("beacon")
+        valve.present("source")
+        assert gas == ["none", "beacon", "source"]
+    assert gas[-1] == "none"
+
+
+def test_relays_that_go_away_are_told_when_they_are_back(bench):
+    made, gas = bench
+    served = made.loop._served["valve"]
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        faults = threading.Thread(target=lambda: (time.sleep(1.0), setattr(made.loop, "_schedule", ())), daemon=True)
+        made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "unplug", 0.0, 1e9)]
+        while served.port.plugged:
+            time.sleep(0.01)
+        faults.start()
+        valve.present("source")
+        assert gas[-1] == "source"
+        faults.join()
+
+
+def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
+    made, _ = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "unplug", 0.0, 1e9)]
+        valve._patience = HASTY
+        time.sleep(0.1)
+        with pytest.raises(OioError, match=r"backend\.valve\.port=.* does not say that it did V1 .*Check its cable"):
+            valve.present("beacon")
+
+
+def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
+    made, gas = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        valve.present("source")
+        monkeypatch.setattr(stopping, "_asked", [2])
+        with pytest.raises(KeyboardInterrupt):
+            valve.present("beacon")
+    assert gas[-1] == "none"  # it is closed nevertheless
+
+
+def test_relays_that_are_not_there_or_are_something_else_are_refused(bench, tmp_path):
+    made, _ = bench
+    with pytest.raises(BadInput, match="no such port"), ValvePort(driver="line", port=str(tmp_path / "no")).open(PATIENCE):
+        pass
+    with pytest.raises(OioError, match="says nothing"), ValvePort(driver="line", port=str(made.ports["nose"])).open(HASTY):
+        pass
+
+
+def test_a_person_is_asked_and_reminded_to_close_the_gas(monkeypatch, capsys):
+    read, write = os.pipe()
+    with os.fdopen(read) as person:
+        monkeypatch.setattr(sys, "stdin", person)
+        with ValvePort(driver="ask", port=None).open(PATIENCE) as valve:
+            os.write(write, b"\n")
+            valve.present("source")
+            assert "open the source to be found, then press Enter" in capsys.readouterr().err
+            os.close(write)
+            with pytest.raises(OioError, match="nobody is there"):
+                valve.present("beacon")
+            capsys.readouterr()
+        assert capsys.readouterr().err == "oio: please close every gas source.\n"
+
+
+def test_nobody_says_nothing(capsys):
+    with ValvePort(driver="none", port=None).open(PATIENCE) as valve:
+        valve.present("source")
+    assert capsys.readouterr() == ("", "")
