@@ -29,8 +29,8 @@ lint: venv  ## style, types, import contracts
 test: lint  ## lint, types, contracts and the tests
 	$(PY) -m pytest -n 2 --dist loadfile
 
-test-all: lint  ## the same with the slow tests
-	$(PY) -m pytest -n 2 --dist loadfile -m ''
+test-all: lint  ## the same with the slow tests, an hour or two
+	$(PY) -m pytest -n 2 --dist worksteal -m ''
 
 lock: venv  ## make both lock files anew from pyproject.toml
 	$(PY) -m pip install --quiet uv

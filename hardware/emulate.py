@@ -104,7 +104,7 @@ def _position(source: str, bench: Emulated) -> str:
 
 
 def _help() -> str:
-    kinds = faults.kinds("line", "feetech")
+    kinds = faults.kinds("line", "feetech", "line")
     told = "\n".join(f"  {device}.{kind:<10} {text}" for device, each in kinds.items() for kind, text in each.items())
     own = KEYS.read_text(encoding="utf-8").rstrip()
     return f"{HEADER}\n{own}\n\nFaults (clock: with nose=line alone):\n{told}\n"

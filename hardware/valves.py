@@ -1,12 +1,14 @@
 """Who opens the gas: a person who is asked, two relays of a microcontroller (`V0`, `V1`, `V2`), or nobody."""
 
 import contextlib
+import math
 import select
 import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
+from hardware.links.asking import drained
 from hardware.links.device import Patience
 from hardware.links.find import found
 from hardware.links.microcontroller import BAUD, BOOT_S, acknowledged
@@ -22,6 +24,7 @@ SOURCES = {
     "beacon": "open the beacon, the source whose place is known",
     "source": "open the source to be found",
 }
+NAME = "backend.valve line"
 AGAIN_S = 0.2  # between two tries to open a port that went away
 CLOSE_S = 1.0  # at the end, when nobody shall wait
 
@@ -31,6 +34,10 @@ class Valve(Protocol):
 
     def present(self, source: str) -> None:
         """When it returns, it is so. Raises OioError if it cannot be."""
+        ...
+
+    def watch(self) -> str | None:
+        """Called again and again meanwhile: what went wrong or was mended, for the log. Raises OioError when it is gone for good."""
         ...
 
     def leave(self) -> None:
@@ -76,6 +83,9 @@ class Nobody:
     def present(self, source: str) -> None:
         """Nothing."""
 
+    def watch(self) -> None:
+        """Nothing."""
+
     def leave(self) -> None:
         """Nothing."""
 
@@ -98,6 +108,9 @@ class Asked:
                 f"backend.valve.driver=none if gas is as it is."
             )
 
+    def watch(self) -> None:
+        """A person is trusted."""
+
     def leave(self) -> None:
         """Ask, and do not wait."""
         if self._open != "none":
@@ -110,6 +123,7 @@ class Relays:
     def __init__(self, port: str, patience: Patience) -> None:
         self._port, self._patience, self._lines = port, patience, line.Lines()
         self._wire: Wire | None = None
+        self._told, self._away_s = "V0", math.nan  # the last command; since when the port has been away [s of the host]
         try:
             self._knock(self._opened(), patience.first_s)  # the opening has reset it
         except (NoAnswer, Unplugged) as error:
@@ -120,6 +134,26 @@ class Relays:
         """Told until it says that it did, and again when its port has come back."""
         self._tell(source, self._patience.away_s, stopping.check)
 
+    def watch(self) -> str | None:
+        """A port that goes away takes the gas with it: the board begins anew when it is back. It is then told again, without waiting."""
+        away = not math.isnan(self._away_s)
+        if away and time.monotonic() - self._away_s > self._patience.away_s:
+            raise self._complaint("stays away", NoAnswer("no answer"))
+        try:
+            wire = self._wire or self._opened()
+            fields = drained(wire, self._lines)
+            if away and any(each[:2] == ("ACK", self._told) for each in fields):
+                self._away_s = math.nan
+                return f"{NAME}: did {self._told} again"
+            if away:
+                wire.write(line.command(self._told))
+        except (Unplugged, BadInput):  # BadInput: the port is not there
+            self._close()
+            if not away:
+                self._away_s = time.monotonic()
+                return f"{NAME}: its port went away"
+        return None
+
     def leave(self) -> None:
         """Close both and let the port go."""
         with contextlib.suppress(OioError):
@@ -127,11 +161,13 @@ class Relays:
         self._close()
 
     def _tell(self, source: str, within_s: float, check: Callable[[], None]) -> None:
-        command, until_s = f"V{list(SOURCES).index(source)}", time.monotonic() + within_s
+        self._told = command = f"V{list(SOURCES).index(source)}"
+        until_s = time.monotonic() + within_s
         while True:
             check()
             try:
                 acknowledged(self._wire or self._opened(), self._lines, command)
+                self._away_s = math.nan
                 return
             except (NoAnswer, Unplugged, BadInput) as error:  # BadInput: the port is away
                 if not isinstance(error, NoAnswer):

@@ -2,9 +2,9 @@
 
 import time
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from oio.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds
 if TYPE_CHECKING:
     from hardware.backends.serial_port import SerialPort
 
+A = TypeVar("A")
 SLACK_NS = nanoseconds(0.02)  # a caller who is so late is not late
 LOOK_S = 0.05  # the longest wait before it looks again
 ACCOUNT_NS = nanoseconds(1.0)  # the account is told not more often
@@ -80,7 +81,7 @@ class Bench:
         until_ns = (self._t_ns if now_ns - self._t_ns < SLACK_NS else now_ns) + nanoseconds(for_s)
         yield from self._news()
         yield from self._truth()
-        while (arrived := (yield from self._taken_until(until_ns))) is not None:
+        while (arrived := (yield from self._or_last_account(lambda: self._next(until_ns)))) is not None:
             sample = arrived.sample
             if sample.t_ns < self._t_ns:
                 self._late += 1
@@ -93,10 +94,10 @@ class Bench:
         self._t_ns = max(self._t_ns, until_ns)
         yield from self._news()
 
-    def _taken_until(self, until_ns: int) -> Generator[WorldSample, None, Arrived | None]:
-        """`_next`; if it is the end of all, the last account goes to the log before."""
+    def _or_last_account(self, action: Callable[[], A]) -> Generator[WorldSample, None, A]:
+        """The action; if it is the end of all, the last account goes to the log before."""
         try:
-            return self._next(until_ns)
+            return action()
         except OioError:
             yield Event(self._t_ns, "link", self.account())
             raise
@@ -145,10 +146,13 @@ class Bench:
             unknown = np.full(3, np.nan)
             yield Truth(self._t_ns, np.full(self._made.kinematics.dof, np.nan), unknown, np.array(place), float("nan"))
 
-    def _news(self) -> Iterator[Event]:
+    def _news(self) -> Iterator[WorldSample]:
         for device in (self._nose, self._arm):
             while device is not None and device.news:
                 yield Event(self._t_ns, *device.news.pop(0))
+        said = yield from self._or_last_account(self._valve.watch)
+        if said is not None:
+            yield Event(self._t_ns, "gap", said)
         if self._t_ns - self._told_ns >= ACCOUNT_NS:
             self._told_ns = self._t_ns
             yield Event(self._t_ns, "link", self.account())

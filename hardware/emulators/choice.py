@@ -47,7 +47,7 @@ class Choice:
         if self.faults is None:
             return ()
         chance = Chance(self.random_count, self.random_within_s, self.random_longest_s)
-        return read_faults(self.faults, kinds(self.nose, self.arm), self.fault_s, chance)
+        return read_faults(self.faults, kinds(self.nose, self.arm, self.valve), self.fault_s, chance)
 
     def refuse_another_sensor(self, sim: MujocoSim) -> None:
         """A part that says ppm cannot carry one that says counts, and the other way round."""

@@ -14,7 +14,7 @@ WIRE = {
     "cut": "what it says is cut short",
     "checksum": "one bit of what it says is turned",
     "busy": "it hears nothing and says nothing",
-    "unplug": "its port goes away, and comes back under the same name; a nose has lost its settings then",
+    "unplug": "its port goes away, and comes back under the same name; a nose has lost its settings then, a valve is closed",
 }
 NOSE = {
     "stuck": "the value repeats",
@@ -31,10 +31,14 @@ ARM = {
 EXAMPLE = "faults=nose.unplug@20:3+arm.noise@31"
 
 
-def kinds(nose: str, arm: str) -> dict[str, dict[str, str]]:
+def kinds(nose: str, arm: str, valve: str) -> dict[str, dict[str, str]]:
     """What each device can have, with a sentence for each, by driver."""
-    noses = {**WIRE, **NOSE, **(CLOCK if nose == "line" else {})}
-    return {"nose": noses} if arm == "none" else {"nose": noses, "arm": {**WIRE, **ARM}}
+    all_kinds = {"nose": {**WIRE, **NOSE, **(CLOCK if nose == "line" else {})}}
+    if arm != "none":
+        all_kinds["arm"] = {**WIRE, **ARM}
+    if valve != "none":
+        all_kinds["valve"] = dict(WIRE)
+    return all_kinds
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,27 @@
-"""The firmware of the nose, compiled, and the simulated board that it runs on."""
+"""Emulated benches and runs against them; the firmware of the nose, compiled, and the simulated board that it runs on."""
 
+import json
+import os
+import re
+import shlex
 import shutil
 import subprocess
-from collections.abc import Callable
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from typing import Any, TextIO
 
 import pytest
+
+from oio.log import read_samples
+from oio.records import Event, GasSample, JointState, WorldSample
+from oio.recover import main as recover
+
+ROOT = Path(__file__).resolve().parents[2]
+ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "hardware" / "firmware" / "nose"
 BOARD = Path(__file__).parent / "firmware"
@@ -46,3 +62,108 @@ def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def elf(built_firmware: Callable[[str], Path]) -> Path:
     """The firmware as it is flashed."""
     return built_firmware("")
+
+
+@dataclass
+class Run:
+    """What came of one run."""
+
+    code: int
+    said: str
+    out: Path
+
+    @property
+    def log(self) -> Path:
+        """Finished or not."""
+        whole = self.out / "run.mcap"
+        return whole if whole.exists() else self.out / "run.mcap.part"
+
+    def samples(self) -> list[WorldSample]:
+        """Of the log, in order of time."""
+        path = self.log
+        if path.suffix == ".part":
+            copy = self.out / "recovered.mcap"
+            if not copy.exists():
+                recover([str(path), str(copy)])
+            path = copy
+        samples = list(read_samples(path))
+        assert all(a.t_ns <= b.t_ns for a, b in pairwise(samples))
+        return samples
+
+    def account(self) -> str:
+        """The last one of the links."""
+        return [s.text for s in self.samples() if isinstance(s, Event) and s.kind == "link"][-1]
+
+    def taken(self) -> tuple[int, ...]:
+        """Gas samples and joint states that the bench gave away, and those that waited, as it says itself."""
+        found = re.search(r"taken (\d+) gas (\d+) joints, waiting (\d+) and (\d+)", self.account())
+        assert found
+        return tuple(int(x) for x in found.groups())
+
+    def logged(self) -> tuple[int, int]:
+        """Gas samples and joint states up to the last account, for what comes later is not in it."""
+        samples = self.samples()
+        last = max(i for i, s in enumerate(samples) if isinstance(s, Event) and s.kind == "link")
+        kinds = Counter(type(s) for s in samples[:last])
+        return kinds[GasSample], kinds[JointState]
+
+    def summary(self) -> Any:
+        """Its numbers."""
+        return json.loads((self.out / "summary.json").read_text(encoding="utf-8"))
+
+
+class Emulators:
+    """A process of `python -m hardware.emulate`, and runs against it as a person would start them."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.folder = folder
+        folder.mkdir()
+        command = [sys.executable, "-m", "hardware.emulate", f"out={folder / 'ports'}", *words]
+        self._errors: TextIO = (folder / "errors").open("w")
+        self._process = subprocess.Popen(command, cwd=ROOT, env=ENV, stdout=subprocess.PIPE, stderr=self._errors, text=True)
+        assert self._process.stdout
+        told = self._process.stdout.readline()
+        assert "oio.run" in told, (folder / "errors").read_text()
+        self._command = [sys.executable, *shlex.split(told)[1:]]
+
+    def start(self, *words: str, **env: str) -> "tuple[subprocess.Popen[str], Path]":
+        """A run that goes on, and its folder."""
+        out = self.folder / f"run{len(list(self.folder.glob('run*')))}"
+        process = subprocess.Popen(
+            [*self._command, *words, f"hydra.run.dir={out}"], cwd=ROOT, env={**ENV, **env}, text=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
+        return process, out
+
+    def run(self, *words: str, within_s: float = 240, **env: str) -> Run:
+        """A whole run."""
+        process, out = self.start(*words, **env)
+        try:
+            said, errors = process.communicate(timeout=within_s)
+        finally:
+            process.kill()
+        assert "Traceback" not in errors, errors
+        return Run(process.returncode, said + errors, out)
+
+    def close(self) -> None:
+        """As Ctrl-C does."""
+        self._process.terminate()
+        self._process.wait(20)
+        assert self._process.stdout
+        self._process.stdout.close()
+        self._errors.close()
+        assert "Traceback" not in (self.folder / "errors").read_text()
+
+
+@pytest.fixture
+def emulators(tmp_path: Path) -> Iterator[Callable[..., Emulators]]:
+    """emulators(*words) starts a process that ends with the test."""
+    made: list[Emulators] = []
+
+    def start(*words: str) -> Emulators:
+        made.append(Emulators(tmp_path / f"bench{len(made)}", *words))
+        return made[-1]
+
+    yield start
+    for bench in made:
+        bench.close()

@@ -9,11 +9,11 @@ from hardware.emulators.faults import ARM, NOSE, WIRE, Chance, Fault, kinds, now
 from oio.errors import BadInput
 
 CHANCE = Chance(count=4, within_s=100.0, longest_s=10.0)
-ALL = kinds("line", "feetech")
+ALL = kinds("line", "feetech", "line")
 
 
-def parsed(text, nose="line", arm="feetech"):
-    return read(text, kinds(nose, arm), 1.5, CHANCE)
+def parsed(text, nose="line", arm="feetech", valve="line"):
+    return read(text, kinds(nose, arm, valve), 1.5, CHANCE)
 
 
 def test_words_are_read_as_they_are_meant():
@@ -28,7 +28,8 @@ def test_words_are_read_as_they_are_meant():
         ("nose.unplug@3:", r"DEVICE.KIND@SECONDS"),
         ("", r"DEVICE.KIND@SECONDS"),
         ("nose.unplug@3+", r"DEVICE.KIND@SECONDS"),
-        ("valve.unplug@3", r"what is emulated is nose, arm"),
+        ("pump.unplug@3", r"what is emulated is nose, arm, valve"),
+        ("valve.stuck@3", r"the valve can have noise"),
         ("arm.clock@3", r"the arm can have noise, .*hot"),
         ("random:", r"a whole number"),
         ("random:-1", r"a whole number"),
@@ -45,6 +46,8 @@ def test_what_a_device_cannot_have_is_refused():
         parsed("nose.clock@3", nose="scd30")
     with pytest.raises(BadInput, match="what is emulated is nose"):
         parsed("arm.noise@3", arm="none")
+    with pytest.raises(BadInput, match="what is emulated is nose, arm\\."):
+        parsed("valve.noise@3", valve="none")
 
 
 @given(st.integers(0, 2**40))

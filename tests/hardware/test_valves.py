@@ -43,28 +43,56 @@ def test_relays_boot_are_told_and_let_out_nothing_at_the_end(bench):
     assert gas[-1] == "none"
 
 
-def test_relays_that_go_away_are_told_when_they_are_back(bench):
+def unplugged(made):
+    """Its valve, until `plugged`."""
+    made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "unplug", 0.0, 1e9)]
+    while made.loop._served["valve"].port.plugged:
+        time.sleep(0.01)
+
+
+def plugged(made):
+    made.loop._schedule = ()
+
+
+def test_relays_that_are_away_are_told_when_they_are_back(bench):
     made, gas = bench
-    served = made.loop._served["valve"]
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        faults = threading.Thread(target=lambda: (time.sleep(1.0), setattr(made.loop, "_schedule", ())), daemon=True)
-        made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "unplug", 0.0, 1e9)]
-        while served.port.plugged:
-            time.sleep(0.01)
-        faults.start()
+        unplugged(made)
+        back = threading.Timer(1.0, plugged, (made,))
+        back.start()
         valve.present("source")
         assert gas[-1] == "source"
-        faults.join()
+        back.join()
+
+
+def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
+    made, gas = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        valve.present("beacon")
+        assert valve.watch() is None
+        unplugged(made)
+        assert valve.watch() == "backend.valve line: its port went away" and valve.watch() is None
+        plugged(made)
+        said, until_s = None, time.monotonic() + PATIENCE.away_s
+        while said is None and time.monotonic() < until_s:
+            time.sleep(0.02)
+            said = valve.watch()
+        assert said == "backend.valve line: did V1 again" and gas[-3:] == ["none", "none", "beacon"]  # plugged in, opened, told
+        assert valve.watch() is None
 
 
 def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
     made, _ = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "unplug", 0.0, 1e9)]
+        valve.present("source")
+        unplugged(made)
         valve._patience = HASTY
-        time.sleep(0.1)
         with pytest.raises(OioError, match=r"backend\.valve\.port=.* does not say that it did V1 .*Check its cable"):
             valve.present("beacon")
+        assert valve.watch() == "backend.valve line: its port went away"
+        time.sleep(1.1 * HASTY.away_s)
+        with pytest.raises(OioError, match="stays away"):
+            valve.watch()
 
 
 def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
