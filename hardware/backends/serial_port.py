@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import sys
 from collections.abc import Iterator
 
 from hardware.backends.bench import Bench
@@ -22,6 +23,8 @@ from oio.safety import Safety
 from oio.settings import in_range, settings
 
 HOMING_S = 3.0  # the first move, to the arm's home, takes so long at least
+AWAY_RAD = 0.1  # farther from home a person may have held the arm until it held itself,
+HANDS_OFF_S = 3.0  # and gets so long to let go
 
 
 @settings
@@ -48,7 +51,7 @@ class SerialPort:
     @contextlib.contextmanager
     def open(self) -> Iterator[Bench]:
         """Find the ports, set the devices up, bring the arm home. Raises BadInput or OioError saying which device does not answer."""
-        self._refuse_hurry()
+        self._refuse_toys()
         clock, mailbox = Clock(self.speed), Mailbox(self.queue)
         nose = Device(self.nose.port, self.nose.live(self.sensor, clock, mailbox), mailbox, clock, self.patience)
         servos = self._servos(mailbox, clock)
@@ -60,6 +63,8 @@ class SerialPort:
                     _started(device)
                 mover = servos or Standing(self.kinematics, self.arm.period_s)
                 bench = Bench(self, clock, mailbox, nose, arm, mover, valve)
+                if servos is not None and servos.from_home_rad > AWAY_RAD:
+                    _hands_off(bench)
                 bench.go_home(HOMING_S)
                 yield bench
             finally:
@@ -71,14 +76,31 @@ class SerialPort:
             return None
         return ServoArm(self.arm, self.kinematics, self.safety, mailbox, clock)
 
-    def _refuse_hurry(self) -> None:
-        """Real servos would be led `speed` times as fast."""
-        ports = [self.nose.port, self.arm.port]
-        real = [p for p in ports if p is not None and not os.path.realpath(p).startswith("/dev/pts/")]
-        if self.speed != 1.0 and real:
+    def _refuse_toys(self) -> None:
+        """What emulators take, but real parts do not: another speed, a sampling faster than theirs, an arm whose zeros nobody knows."""
+        nose, arm = (port if port is not None and not os.path.realpath(port).startswith("/dev/pts/") else None for port in self._ports)
+        if self.speed != 1.0 and (nose or arm):
+            raise BadInput(f"backend.speed={self.speed:g} was given, but {nose or arm} is real, and so is its time. Type backend.speed=1.")
+        if nose and self.sensor.sample_s < self.nose.least_s:
             raise BadInput(
-                f"backend.speed={self.speed:g} was given, but {real[0]} is a real port, whose time is its own. Type backend.speed=1."
+                f"sensor={self.sensor.name} is to be sampled every {self.sensor.sample_s:g} s, but backend.nose.driver={self.nose.driver} "
+                f"gives a value every {self.nose.least_s:g} s. Type profile=datasheet stage.navigate.max_s=600."
             )
+        if arm and self.kinematics.homed is None:
+            raise BadInput(
+                f"backend.arm.port={arm} was given without arm.homing, but nobody knows which count of its servos is which angle. Type "
+                f"python -m hardware.home port={arm} out=homing.json first, then arm.homing=homing.json."
+            )
+
+    @property
+    def _ports(self) -> tuple[str, str | None]:
+        return self.nose.port, self.arm.port if self.arm.driver != NONE else None
+
+
+def _hands_off(bench: Bench) -> None:
+    print(f"oio: the arm holds itself. Hands off: it goes home in {HANDS_OFF_S:g} s.", file=sys.stderr, flush=True)  # noqa: T201
+    for _ in bench.samples(HANDS_OFF_S):
+        stopping.check()
 
 
 def _started(device: Device) -> None:

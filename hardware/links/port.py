@@ -42,6 +42,8 @@ class SerialWire:
     def __init__(self, path: str, baud: int) -> None:
         self._serial = serial.Serial(path, baud, timeout=0, write_timeout=WRITE_S, exclusive=True)
         self._fd = self._serial.fileno()
+        with contextlib.suppress(OSError, ValueError, NotImplementedError, AttributeError):
+            self._serial.set_low_latency_mode(True)  # else an FTDI chip keeps short answers for 16 ms
         self._serial.reset_input_buffer()  # what was said before belongs to nobody
 
     def read(self, timeout_s: float) -> bytes:

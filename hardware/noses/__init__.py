@@ -36,6 +36,11 @@ class NosePort:
             raise BadInput(f"backend.nose.columns is {list(self.columns)}, but {missing[0]} is needed too. Type e.g. {list(NEEDED)}.")
         in_range(self, stuck_after=(2, 10**6))
 
+    @property
+    def least_s(self) -> float:
+        """How often a real part has something new at best [s]."""
+        return {"scd30": scd30.INTERVAL_S[0], "scd41": scd41.LEAST_S}.get(self.driver, 0.0)
+
     def live(self, sensor: Sensor, clock: Clock, mailbox: Mailbox) -> Driver:
         """The driver of `sensor`. Raises BadInput if they cannot be one thing."""
         bits = getattr(sensor, "adc_bits", None)

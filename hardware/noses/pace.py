@@ -6,16 +6,16 @@ from hardware.links.clock import Clock
 from hardware.links.port import Unplugged
 from oio.records import nanoseconds, seconds
 
-PERIODS, LEAST_S = 5.0, 3.0  # so many sampling periods without anything new, but so long at least: then it measures no more
+PERIODS = 5.0  # of sampling, without anything new: then it measures no more
 EARLY = 0.7  # of a sampling period after something new the wire is left alone
 REST_S = 0.05  # at a time, so that the thread can end
 
 
 class Pace:
-    """Of one sensor."""
+    """Of one sensor, that is to be sampled every sample_s and gives something new every least_s at best."""
 
-    def __init__(self, clock: Clock, sample_s: float) -> None:
-        self._clock, self._most_ns, self._early_ns = clock, nanoseconds(max(PERIODS * sample_s, LEAST_S)), nanoseconds(EARLY * sample_s)
+    def __init__(self, clock: Clock, sample_s: float, least_s: float) -> None:
+        self._clock, self._most_ns, self._early_ns = clock, nanoseconds(PERIODS * max(sample_s, least_s)), nanoseconds(EARLY * sample_s)
         self._new_ns, self._due_ns = clock.now_ns(), 0
 
     def rested(self) -> bool:

@@ -1,5 +1,6 @@
 """Sensirion SCD30 over UART: Modbus RTU at 19200 baud, address 0x61 (interface description v1.0, May 2020)."""
 
+import time
 from collections import Counter
 
 from hardware.links.asking import asked
@@ -12,7 +13,8 @@ from hardware.wire import modbus
 
 ADDRESS = 0x61
 FIRMWARE, INTERVAL, READY, VALUES, START = 0x0020, 0x0025, 0x0027, 0x0028, 0x0036
-INTERVAL_S = (2, 1800)  # what the register takes
+INTERVAL_S = (2, 1800)  # what the register takes [s]
+SILENCE_S = 0.004  # between two frames Modbus wants 3.5 characters: 2 ms
 ANSWER_S = 0.25  # 17 bytes take 9 ms, and the device thinks for some
 
 
@@ -24,7 +26,7 @@ class Scd30:
     def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
         self._intake, self._clock, self._sample_s = intake, clock, sample_s
         self._replies, self._lost = modbus.Replies(ADDRESS), 0
-        self._pace = Pace(clock, sample_s)
+        self._pace = Pace(clock, sample_s, INTERVAL_S[0])
 
     def knock(self, wire: Wire) -> str | None:
         """Its firmware."""
@@ -38,14 +40,16 @@ class Scd30:
         """Start measuring, as often as it can and is asked to; without pressure compensation."""
         if self.knock(wire) is None:
             raise NoAnswer("it does not answer as an SCD30 does")
-        self._write(wire, INTERVAL, min(max(round(self._sample_s), INTERVAL_S[0]), INTERVAL_S[1]))
+        wanted = min(max(round(self._sample_s), INTERVAL_S[0]), INTERVAL_S[1])
+        if self._read(wire, INTERVAL, 1)[0] != wanted:  # it is kept in flash, which wears
+            self._write(wire, INTERVAL, wanted)
         self._write(wire, START, 0)
         self._pace.started()
 
     def turn(self, wire: Wire) -> bool:
         """Ask; a value is as old as the question that was answered with yes."""
         if self._pace.rested():
-            return False
+            return True  # it was not asked
         asked_ns = self._clock.now_ns()
         try:
             if self._read(wire, READY, 1)[0] != 1:
@@ -69,6 +73,7 @@ class Scd30:
         return Counter(good=r.good, corrupt=r.corrupt, skipped=r.skipped, lost=self._lost) + self._intake.counts
 
     def _read(self, wire: Wire, register: int, count: int) -> tuple[int, ...]:
+        time.sleep(SILENCE_S)
         question = modbus.read_request(ADDRESS, register, count)
         reply = asked(wire, question, self._replies, lambda r: isinstance(r, modbus.Refusal) or len(r.words) == count, ANSWER_S)
         if isinstance(reply, modbus.Refusal):
@@ -76,6 +81,7 @@ class Scd30:
         return reply.words
 
     def _write(self, wire: Wire, register: int, value: int) -> None:
+        time.sleep(SILENCE_S)
         question = modbus.write_request(ADDRESS, register, value)
         reply = asked(wire, question, self._replies, lambda r: r.function in (6, 0x86), ANSWER_S)
         if isinstance(reply, modbus.Refusal):

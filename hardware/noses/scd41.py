@@ -19,6 +19,7 @@ ERROR = 0x7F  # of the state byte: why a command failed; its top bit says only t
 VARIANT_SCD41 = 0x1440
 STOP_S, WAKE_S = 0.5, 0.03  # data sheet: after stop, after power-up
 TRIES, AGAIN_S = 4, 0.1
+LEAST_S = 5.0  # between two values
 I2C_US = 100_000
 ANSWER_S = 0.3
 
@@ -30,7 +31,7 @@ class Scd41:
 
     def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
         self._intake, self._clock = intake, clock
-        self._pace = Pace(clock, sample_s)
+        self._pace = Pace(clock, sample_s, LEAST_S)
         self._frames, self._lost, self._refused, self._bad = shdlc.Miso(), 0, 0, 0
 
     def knock(self, wire: Wire) -> str | None:
@@ -68,7 +69,7 @@ class Scd41:
     def turn(self, wire: Wire) -> bool:
         """Ask; a value is as old as the question that was answered with yes."""
         if self._pace.rested():
-            return False
+            return True  # it was not asked
         asked_ns = self._clock.now_ns()
         try:
             ready = self._words(wire, scd4x.READY, 1)

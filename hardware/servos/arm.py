@@ -26,6 +26,8 @@ from oio.safety import HOST, NOSE, Guard, Safety
 REST_S = 0.02  # at a time, so that the thread can end
 HEALTH_EVERY = 20  # rounds; of one servo after the other
 STRAYED_RAD = math.radians(5.0)  # an arm that comes back so far from where it was held was moved by hand
+COMPLAINTS = 20  # rounds in a row with a complaint: then it is believed
+SLEPT_S = 1.0  # a host that was suspended for longer does not know what happened meanwhile
 
 
 class ServoArm:
@@ -44,6 +46,8 @@ class ServoArm:
         self._lock, self._guard = threading.Lock(), Guard(self._all, safety, port.period_s, arm.dof)
         self._differences, self.rhythm, self._rounds, self._begun = Differences(), Rhythm(), 0, False
         self._temperature, self._due_ns, self._lost, self._led = np.zeros(len(self._ids)), 0, 0, self._all.home
+        self._complaints = 0
+        self._rests: Array | None = None  # where it holds itself after it met something: it does not go on pressing
 
     def knock(self, wire: Wire) -> str | None:
         """Models of the servos that answer."""
@@ -62,10 +66,13 @@ class ServoArm:
             for who in (HOST, NOSE):  # it was the arm that was away
                 self._guard.alive(self._now_s(), who)
             strayed = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > STRAYED_RAD
-            if not self._begun or (strayed and self._guard.held is None):  # what is held stays held
+            if strayed or not self._begun:
                 self._refuse_outside(q)
+            if not self._begun or (strayed and self._guard.held is None):
                 self._guard.begin(q)
                 self._begun = True
+            elif strayed:
+                self._rests = q  # what is held stays held, but where it is now
         self._lead(wire)
         self._bus.torque(wire, self._ids, True)  # only now: an old goal would make it jump
 
@@ -109,6 +116,12 @@ class ServoArm:
         with self._lock:
             self._guard.alive(self._now_s(), HOST)
 
+    @property
+    def from_home_rad(self) -> float:
+        """How far the farthest joint stands from home."""
+        with self._lock:
+            return float(np.max(np.abs(self._guard.set_point(self._now_s()) - self._all.home)))
+
     def stop(self, why: str) -> None:
         """Hold, for good."""
         with self._lock:
@@ -136,11 +149,16 @@ class ServoArm:
         self.rhythm.beat(t_ns)
         q, t_s = self._angles(felt), seconds(t_ns)
         self._mailbox.put(Arrived(self._differences.state(t_ns, q[: self._arm.dof]), arrived_ns))
-        astray = self._astray.feel(t_s, q, self._led)
+        self._complaints = self._complaints + 1 if felt.complaint else 0
+        complaint = felt.complaint if self._complaints > COMPLAINTS else None
+        met = self._astray.feel(t_s, q, self._led) or complaint
         with self._lock:
+            went = self._guard.held is None
             self._guard.feel(t_s, felt.load, self._temperature)
-            if astray is not None:
-                self._guard.stop(astray)
+            if met is not None:
+                self._guard.stop(met)
+            if went and self._guard.held is not None and self._all.inside(q):
+                self._rests = q
 
     def _look_after(self, wire: Wire) -> None:
         if self._rounds % HEALTH_EVERY == 0:
@@ -151,7 +169,9 @@ class ServoArm:
         with self._lock:
             if self._mailbox.gas_ns is not None:
                 self._guard.alive(seconds(self._mailbox.gas_ns), NOSE)
-            self._led = self._guard.set_point(self._now_s())
+            if self._clock.slept_s > SLEPT_S:
+                self._guard.stop("the computer was suspended")
+            self._led = self._guard.set_point(self._now_s()) if self._rests is None else self._rests
         self._bus.goals(wire, self._ids, self._homing.counts(self._led, self._bus.counts_per_turn))
 
     def _refuse_outside(self, q: Array) -> None:

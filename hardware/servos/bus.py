@@ -20,10 +20,11 @@ ANSWER_S = 0.03  # host seconds for all servos: 0.7 ms of wire time, return dela
 
 @dataclass(frozen=True, slots=True)
 class Felt:
-    """One look at all servos: counts (n,), load (n,) as a fraction of the most."""
+    """One look at all servos: counts (n,), load (n,) as a fraction of the most, and what one of them complains of, if it does."""
 
     counts: Positions
     load: Array
+    complaint: str | None
 
 
 class Bus(Protocol):
@@ -51,7 +52,7 @@ class Bus(Protocol):
         ...
 
     def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
-        """Hold, or let go."""
+        """Hold, or let go. Raises NoAnswer for a servo that refuses to hold."""
         ...
 
     def health(self, wire: Wire, servo: int) -> tuple[float, float]:

@@ -7,6 +7,7 @@ import numpy as np
 from hardware.links.port import NoAnswer, Wire
 from hardware.servos.bus import Felt, Positions, answer, answers
 from hardware.wire import dynamixel
+from oio.errors import OioError
 
 LIMIT = dynamixel.Register(38, 2)  # of the current, in the unit of PRESENT_CURRENT
 PRESENT = dynamixel.Register(dynamixel.PRESENT_CURRENT.address, 10)  # current, velocity, position
@@ -41,7 +42,9 @@ class Dynamixel:
                 if self._number(self._read(wire, servo, register)) != wanted:
                     self._write(wire, servo, dynamixel.TORQUE_ENABLE, 0)
                     self._write(wire, servo, register, wanted)
-            self._most[servo] = max(self._number(self._read(wire, servo, LIMIT)), 1)
+            self._most[servo] = self._number(self._read(wire, servo, LIMIT))
+            if self._most[servo] == 0:
+                raise OioError(f"servo {servo} measures no current (as XL430 and XC430), so the arm could not feel what is in its way.")
 
     def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
         """See `Bus`; load is the current over the current limit."""
@@ -49,7 +52,7 @@ class Dynamixel:
         packets = answers(wire, question, self._packets, ids, _of(PRESENT.length))
         fields = [np.frombuffer(p.params, dtype=[("current", "<i2"), ("velocity", "<i4"), ("position", "<i4")])[0] for p in packets]
         load = np.array([abs(int(f["current"])) / self._most[s] for f, s in zip(fields, ids, strict=True)])
-        return Felt(np.array([int(f["position"]) for f in fields]), load)
+        return Felt(np.array([int(f["position"]) for f in fields]), load, next((said for p in packets if (said := _complaint(p))), None))
 
     def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
         """See `Bus`."""
@@ -59,7 +62,9 @@ class Dynamixel:
     def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
         """See `Bus`."""
         for servo in ids:
-            self._write(wire, servo, dynamixel.TORQUE_ENABLE, int(on))
+            packet = self._write(wire, servo, dynamixel.TORQUE_ENABLE, int(on))
+            if on and packet.error:
+                raise NoAnswer(_complaint(packet) or f"servo {servo} refuses to hold with error {packet.error}")
 
     def health(self, wire: Wire, servo: int) -> tuple[float, float]:
         """See `Bus`."""
@@ -69,13 +74,19 @@ class Dynamixel:
     def _read(self, wire: Wire, servo: int, register: dynamixel.Register) -> bytes:
         return answer(wire, dynamixel.read(servo, *register), self._packets, servo, _of(register.length)).params
 
-    def _write(self, wire: Wire, servo: int, register: dynamixel.Register, value: int) -> None:
+    def _write(self, wire: Wire, servo: int, register: dynamixel.Register, value: int) -> dynamixel.Packet:
         question = dynamixel.write(servo, register.address, value.to_bytes(register.length, "little"))
-        answer(wire, question, self._packets, servo, _of(0))
+        return answer(wire, question, self._packets, servo, _of(0))
 
     @staticmethod
     def _number(data: bytes) -> int:
         return int.from_bytes(data, "little")
+
+
+def _complaint(packet: dynamixel.Packet) -> str | None:
+    if not packet.error & dynamixel.ALERT:
+        return None
+    return f"servo {packet.id} reports a hardware error (overload, heat, voltage, encoder): switch the servos' supply off and on"
 
 
 def _of(length: int) -> Callable[[dynamixel.Packet], int | None]:

@@ -12,6 +12,13 @@ PRESENT = sts.Register(sts.PRESENT_POSITION.address, 6)  # position, velocity, l
 HEALTH = sts.Register(sts.PRESENT_VOLTAGE.address, 2)  # voltage, temperature
 MODELS = {sts.STS3215_MODEL: "STS3215"}
 POSITION_MODE = 0
+COMPLAINTS = {
+    sts.VOLTAGE_ERROR: "a wrong voltage",
+    sts.ANGLE_ERROR: "a wrong angle",
+    sts.OVERHEAT: "overheating",
+    sts.OVERCURRENT: "too much current",
+    sts.OVERLOAD: "overload",
+}
 SIGN_POSITION, SIGN_LOAD = 15, 10  # bit of the sign; values are magnitudes
 LOAD_FULL = 1000.0  # 0.1 %
 
@@ -52,7 +59,8 @@ class Feetech:
         packets = answers(wire, question, self._packets, ids, _of(PRESENT.length))
         words = np.array([np.frombuffer(p.params, dtype="<u2") for p in packets], dtype=np.int64)
         counts = [sts.signed(int(w), SIGN_POSITION) for w in words[:, 0]]
-        return Felt(np.array(counts), np.array([abs(sts.signed(int(w), SIGN_LOAD)) for w in words[:, 2]]) / LOAD_FULL)
+        load = np.array([abs(sts.signed(int(w), SIGN_LOAD)) for w in words[:, 2]]) / LOAD_FULL
+        return Felt(np.array(counts), load, next((said for p in packets if (said := _complaint(p))), None))
 
     def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
         """See `Bus`."""
@@ -62,7 +70,9 @@ class Feetech:
     def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
         """See `Bus`."""
         for servo in ids:
-            self._write(wire, servo, sts.TORQUE_ENABLE, int(on))
+            said = _complaint(self._write(wire, servo, sts.TORQUE_ENABLE, int(on)))
+            if on and said:
+                raise NoAnswer(said)
 
     def health(self, wire: Wire, servo: int) -> tuple[float, float]:
         """See `Bus`."""
@@ -72,13 +82,19 @@ class Feetech:
     def _read(self, wire: Wire, servo: int, register: sts.Register) -> bytes:
         return answer(wire, sts.read(servo, *register), self._packets, servo, _of(register.length)).params
 
-    def _write(self, wire: Wire, servo: int, register: sts.Register, value: int) -> None:
+    def _write(self, wire: Wire, servo: int, register: sts.Register, value: int) -> sts.Packet:
         question = sts.write(servo, register.address, value.to_bytes(register.length, "little"))
-        answer(wire, question, self._packets, servo, _of(0))
+        return answer(wire, question, self._packets, servo, _of(0))
 
     @staticmethod
     def _number(data: bytes) -> int:
         return int.from_bytes(data, "little")
+
+
+def _complaint(packet: sts.Packet) -> str | None:
+    """What the error bits of an answer say."""
+    said = [name for bit, name in COMPLAINTS.items() if packet.code & bit]
+    return f"servo {packet.id} reports {' and '.join(said)}" if said else None
 
 
 def _of(length: int) -> Callable[[sts.Packet], int | None]:

@@ -52,7 +52,7 @@ def test_a_coarse_converter_in_clean_air_is_not_stuck(built, overrides, noisy):
 
 def test_a_sensor_that_answers_but_measures_nothing_new_is_started_again():
     clock = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0)
-    pace = Pace(clock, 2.0)
+    pace = Pace(clock, 2.0, 2.0)
     clock.t_ns = 9 * SECOND_NS
     pace.check()
     pace.started()
@@ -65,7 +65,7 @@ def test_a_sensor_that_answers_but_measures_nothing_new_is_started_again():
 
 def test_nothing_is_asked_before_something_can_be_new():
     clock = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0, host_s=lambda s: 1e-3 * s)
-    pace = Pace(clock, 2.0)
+    pace = Pace(clock, 2.0, 2.0)
     assert not pace.rested()
     pace.new(0)
     clock.t_ns = SECOND_NS

@@ -1,5 +1,6 @@
 """Recordings played as worlds: time order, alternation, places, sources, the end."""
 
+import math
 import os
 from dataclasses import dataclass, replace
 from functools import cache
@@ -37,6 +38,7 @@ class Plain:
     tau_rise_s: float = 1.0
     tau_fall_s: float = 1.0
     settled_ppm_per_min: float = 1.0
+    highest_raw: float = math.inf
 
     def reading(self, sample):
         return GasReading(sample.t_ns, sample.element, sample.raw, 1.0)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from oio.homing import Homing
 from oio.log import read_samples
 from oio.records import GasSample, JointState
 from oio.recover import main as recover
@@ -82,11 +83,14 @@ def test_a_port_that_is_not_there_is_refused_in_one_paragraph(tmp_path, arm):
     words = [
         "backend=serial",
         "sensor=ndir",
+        "profile=datasheet",
+        f"arm.homing={tmp_path}/homing.json",
         "backend.nose.driver=scd30",
         f"backend.nose.port={tmp_path}/nothing",
         f"hydra.run.dir={tmp_path}/out",
     ]
     words += ["backend.valve.driver=none", *arm]
+    Homing.nominal(5, 2048).write(tmp_path / "homing.json")
     run = subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
     assert run.returncode == 2 and "no such port" in run.stderr and "hardware.ports" in run.stderr and "Traceback" not in run.stderr
     assert not (tmp_path / "out").exists()
@@ -99,12 +103,18 @@ def test_a_port_that_is_not_there_is_refused_in_one_paragraph(tmp_path, arm):
         (["backend.nose.driver=line"], "sensor=ndir goes with scd30 or scd41"),
         (["backend.nose.driver=scd30", "backend.arm.driver=feetech"], r"has no port.*backend\.arm\.port="),
         (["backend.nose.driver=scd30", "backend.valve.driver=tap"], "it can be ask, line, none"),
-        (["backend.nose.driver=scd30", "backend.speed=4"], "whose time is its own"),
+        (["backend.nose.driver=scd30", "backend.speed=4"], "is real, and so is its time"),
+        (["backend.nose.driver=scd30"], r"gives a value every 2 s\. Type profile=datasheet"),
+        (["backend.nose.driver=scd41", "sensor=pa"], r"gives a value every 5 s\. Type profile=datasheet"),
+        (
+            ["backend.nose.driver=scd30", "profile=datasheet", "backend.arm.driver=feetech", "backend.arm.port=/dev/null"],
+            r"without arm\.homing.*hardware\.home port=/dev/null",
+        ),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(words, told, tmp_path):
     out = f"hydra.run.dir={tmp_path}/out"
-    command = [sys.executable, "-m", "oio.run", "backend=serial", "sensor=ndir", "backend.nose.port=/dev/null", *words, out]
+    command = [sys.executable, "-m", "oio.run", "backend=serial", "backend.nose.port=/dev/null", "sensor=ndir", *words, out]
     run = subprocess.run(command, cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
     assert run.returncode == 2 and re.search(told, run.stderr), run.stderr
 

@@ -16,7 +16,7 @@ FAULTS = [
     ("arm.busy@3:0.5", 0, "lost"),
     ("arm.noise@2:3", 0, "skipped"),
     ("arm.unplug@4:1", 0, "opened anew 1"),
-    ("arm.hot@4:30", 1, "degC hot"),
+    ("arm.hot@4:30", 1, "reports overheating"),
     ("nose.unplug@6:100", 1, ""),
     ("valve.unplug@16:1", 0, "backend.valve line: its port went away"),
     ("valve.unplug@16:100", 1, "backend.valve.port"),

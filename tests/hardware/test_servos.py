@@ -29,6 +29,7 @@ class Servos:
     def __init__(self, counts):
         self.counts, self.on, self.told = np.array(counts), None, []
         self.load, self.temperature, self.missing, self.stuck = np.zeros(len(counts)), 30.0, set(), False
+        self.complaint = None
         self.good = self.corrupt = self.skipped = 0
 
     def framer(self):
@@ -44,7 +45,7 @@ class Servos:
         self.clock.sleep(0.001)
         if self.missing:
             raise NoAnswer("servo does not answer")
-        return Felt(self.counts.copy(), self.load.copy())
+        return Felt(self.counts.copy(), self.load.copy(), self.complaint)
 
     def goals(self, wire, ids, counts):
         self.told.append(counts.copy())
@@ -65,7 +66,7 @@ class Stepped:
     """A clock that goes on only while somebody sleeps, or a bus answers."""
 
     def __init__(self):
-        self.t_ns = 0
+        self.t_ns, self.slept_s = 0, 0.0
 
     def now_ns(self):
         return self.t_ns
@@ -145,12 +146,25 @@ def test_a_servo_that_does_not_answer_is_named(made):
         driver.begin(None)
 
 
-@pytest.mark.parametrize("broken, why", [("stuck", "from where it was led"), ("load", "torque"), ("temperature", "degC hot")])
+@pytest.mark.parametrize(
+    "broken, why",
+    [
+        ("stuck", "from where it was led"),
+        ("load", "torque"),
+        ("temperature", "degC hot"),
+        ("complaint", "servo 2 reports overload"),
+        ("clock", "suspended"),
+    ],
+)
 def test_what_must_stop_an_arm_stops_it_for_good(made, broken, why):
     driver, bus, arm = made()
     driver.begin(None)
     lasts_s = driver.move(arm.home + 0.9 * ROUND, 3.0)
-    setattr(bus, broken, {"stuck": True, "load": np.ones(5), "temperature": 80.0}[broken])
+    if broken == "clock":
+        turns(driver, 0.5)
+        bus.clock.slept_s = 1.1
+    else:
+        setattr(bus, broken, {"stuck": True, "load": np.ones(5), "temperature": 80.0, "complaint": "servo 2 reports overload"}[broken])
     turns(driver, lasts_s + 3.0)
     assert why in driver.held
     still = bus.told[-1]
@@ -160,6 +174,39 @@ def test_what_must_stop_an_arm_stops_it_for_good(made, broken, why):
         driver.move(arm.home, 1.0)
     driver.begin(None)  # its plug was pulled and put back
     assert driver.held is not None
+
+
+def test_an_arm_that_met_something_does_not_go_on_pressing(made):
+    driver, bus, arm = made()
+    driver.begin(None)
+    met = bus.counts.copy()
+    bus.stuck = True
+    turns(driver, driver.move(arm.home + 0.9 * ROUND, 3.0) + 1.0)
+    assert "something is in its way" in driver.held and np.array_equal(bus.told[-1], met)
+
+
+def test_a_held_arm_that_was_moved_by_hand_is_held_where_it_is_then(made):
+    """Its supply was cut meanwhile: with the old goal it would jump there at full speed."""
+    driver, bus, _ = made()
+    driver.begin(None)
+    driver.stop("a test")
+    bus.counts = bus.counts + np.array([300, 0, 0, 0, 0])
+    moved, bus.on = bus.counts.copy(), False
+    driver.begin(None)
+    assert bus.on is True and np.array_equal(bus.told[-1], moved) and driver.held == "a test"
+    bus.counts, bus.on = bus.counts + np.array([0, 900, 600, 400, 0]), False
+    with pytest.raises(OioError, match="not switched on"):
+        driver.begin(None)
+    assert bus.on is False
+
+
+def test_one_complaint_is_no_reason_to_stop(made):
+    driver, bus, _ = made()
+    driver.begin(None)
+    for complaint in ("servo 1 reports a wrong voltage", None):
+        bus.complaint = complaint
+        turns(driver, 0.1)
+    assert driver.held is None
 
 
 def test_a_host_that_falls_silent_stops_a_moving_arm_and_no_standing_one(made):
