@@ -1,17 +1,18 @@
 """`python -m hardware.home port=/dev/ttyUSB0`: which count of a servo is which angle, found with the arm in your hands.
 
-Every joint is turned by hand to both of its ends, whose angles the MJCF knows. Torque is switched off for it: hold the arm.
+Every joint is turned by hand to its LOW end and then to its HIGH end, whose angles the MJCF knows; you are told which way each is, and
+from the two follows the direction of its counts. Torque is switched off for it: hold the arm, and bring it to about its home first,
+because the ways that are told are those from there. A joint that turns farther than in the MJCF, or without end, is turned to tape marks
+at the MJCF's two angles. What does not fit is refused, and nothing is written.
 
   driver=feetech     or dynamixel
   port=              a path, or usb:VENDOR:PRODUCT[:SERIAL]
   arm=so101          whose MJCF has the limits
-  sign=              +1 or -1 per joint, e.g. sign=1,1,-1,1,1: counts rise with the MJCF's angle, or fall; default +1
   repeats=2          so often each joint is turned; the spread says how well
   out=homing.json    the file; then type arm.homing=homing.json
 """
 
 import contextlib
-import math
 import select
 import sys
 from collections.abc import Callable
@@ -33,14 +34,15 @@ from hardware.links.find import found
 from hardware.links.port import NoAnswer, Unplugged, Wire, opened
 from hardware.servos import BUSES
 from hardware.servos.bus import Bus
-from hardware.turned import Turned, joined
+from hardware.turned import Turned, ends_deg, joined, ways
 from oio import stopping
 from oio.arm import Arm
 from oio.conf import CONF
 from oio.errors import BadInput, OioError
+from oio.homing import Homing
 from oio.places import whole as whole_arm
 
-KEYS = {"driver": "feetech", "port": "", "arm": "so101", "sign": "", "repeats": "2", "out": "homing.json"}
+KEYS = {"driver": "feetech", "port": "", "arm": "so101", "repeats": "2", "out": "homing.json"}
 LOOK_S = 0.02
 Done = Callable[[float], bool]
 
@@ -55,10 +57,9 @@ def main(arguments: list[str]) -> None:
     if not given["port"]:
         raise BadInput("no port was given. Type port=/dev/ttyUSB0; `python -m hardware.ports` finds it.")
     arm, repeats, bus = described(given["arm"]), whole("repeats", given["repeats"], 1, 10), BUSES[given["driver"]]()
-    signs = signs_of(given["sign"], len(arm.all_names))
     wire = _wire(given["port"], bus)
     try:
-        _walk(Console(soft_wrap=True), bus, wire, arm, signs, repeats, Path(given["out"]).expanduser())
+        _walk(Console(soft_wrap=True), bus, wire, arm, repeats, Path(given["out"]).expanduser())
     except (Unplugged, NoAnswer) as error:
         raise OioError(
             f"the servos at port={given['port']} do not answer any more ({error}). Check cable and power; nothing was written."
@@ -77,14 +78,6 @@ def described(name: str) -> Arm:
     return whole_arm(instantiate(cfg.arm))
 
 
-def signs_of(text: str, joints: int) -> tuple[int, ...]:
-    """+1 or -1 per joint. Raises BadInput."""
-    signs = text.split(",") if text else ["1"] * joints
-    if len(signs) != joints or not set(signs) <= {"1", "+1", "-1"}:
-        raise BadInput(f"sign={text} was given, but {joints} values of 1 or -1 are needed. Type sign={','.join(['1'] * joints)}.")
-    return tuple(int(sign) for sign in signs)
-
-
 def _wire(port: str, bus: Bus) -> Wire:
     try:
         return opened(found(port, "port", bus.baud, lambda wire: bus.ping(wire, 1)), bus.baud, "port")
@@ -94,7 +87,7 @@ def _wire(port: str, bus: Bus) -> Wire:
         ) from None
 
 
-def _walk(console: Console, bus: Bus, wire: Wire, arm: Arm, signs: tuple[int, ...], repeats: int, out: Path) -> None:
+def _walk(console: Console, bus: Bus, wire: Wire, arm: Arm, repeats: int, out: Path) -> None:
     ids = list(range(1, len(arm.all_names) + 1))
     missing = [servo for servo in ids if bus.ping(wire, servo) is None]
     if missing:
@@ -102,25 +95,33 @@ def _walk(console: Console, bus: Bus, wire: Wire, arm: Arm, signs: tuple[int, ..
             f"servo {missing[0]} of {len(ids)} does not answer at {bus.baud} baud. Check power, cable, and that ids are 1 to {len(ids)}."
         )
     bus.begin(wire, ids)
+    ahead, left, up = np.round(arm.nose(arm.home), 2) + 0.0  # no -0.00
     console.print(f"Hold the arm: when you press Enter its {len(ids)} servos let go.")
+    console.print(
+        f"Then bring it to about its home, the nose {ahead:.2f} m in front of the base's origin, {left:.2f} m to its left, {up:.2f} m "
+        f"above: which way a joint's LOW and HIGH are is told from there. Other joints may be bent out of the way, but read the words "
+        f"with all of them back at home."
+    )
     _until_enter(_entered, lambda: None)
     bus.torque(wire, ids, False)
     rounds = [[_turned(console, bus, wire, ids, i, arm, k, repeats) for i in range(len(ids))] for k in range(repeats)]
-    homing = joined(rounds, arm, signs, bus.counts_per_turn)
+    homing = joined(rounds, arm, bus.counts_per_turn)
     homing.write(out)
-    console.print(_table(rounds[-1], homing.zero_counts, homing.u_deg, arm, bus.counts_per_turn))
+    console.print(_table(rounds[-1], homing, arm))
     console.print(f"Written to {out}. Type: arm.homing={out}", markup=False)
 
 
 def _turned(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm: Arm, k: int, repeats: int) -> Turned:
-    low, high = math.degrees(arm.low_rad[i]), math.degrees(arm.high_rad[i])
-    name = arm.all_names[i]
-    console.print(
-        f"[bold]{escape(name)}[/bold] ({i + 1} of {len(ids)}, round {k + 1} of {repeats}): turn it by hand to one end, then to the other "
-        f"({low:.0f} to {high:.0f} degrees), then press Enter."
-    )
-    turned = Turned(name, bus.counts_per_turn)
-    _until_enter(_entered, lambda: _look(bus, wire, ids, i, turned))
+    """One joint, from LOW to HIGH. Raises OioError at once if that cannot have been its ends."""
+    name, ends = arm.all_names[i], ends_deg(arm, i)
+    turned = Turned(name, bus.counts_per_turn, ends)
+    console.print(f"[bold]{escape(name)}[/bold] ({i + 1} of {len(ids)}, round {k + 1} of {repeats}):")
+    for end, degrees, way in zip(("LOW", "HIGH"), ends, ways(arm)[i], strict=True):
+        console.print(f"  turn it by hand to its {end} end ({degrees:.0f} degrees; from home {way}), hold it there, and press Enter.")
+        _until_enter(_entered, lambda: _look(bus, wire, ids, i, turned))
+        _look(bus, wire, ids, i, turned)
+        turned.stop()
+    _ = turned.sign  # what does not fit is refused now, not after all the others
     return turned
 
 
@@ -144,11 +145,13 @@ def _entered(wait_s: float) -> bool:
     return True
 
 
-def _table(last: list[Turned], zeros: tuple[int, ...], u_deg: tuple[float, ...], arm: Arm, per_turn: int) -> Table:
-    table = Table("joint", "turned [deg]", "MJCF [deg]", "zero [counts]", "+- [deg]", title="homing", title_justify="left")
+def _table(last: list[Turned], homing: Homing, arm: Arm) -> Table:
+    head = "joint", "turned [deg]", "MJCF [deg]", "zero [counts]", "counts", "+- [deg]"
+    table = Table(*map(escape, head), title="homing", title_justify="left")
     span = np.degrees(arm.high_rad - arm.low_rad)
-    for turned, zero, u, mjcf in zip(last, zeros, u_deg, span, strict=True):
-        table.add_row(escape(turned.name), f"{360.0 * turned.span / per_turn:.1f}", f"{mjcf:.1f}", str(zero), f"{u:.2f}")
+    for turned, zero, sign, u, mjcf in zip(last, homing.zero_counts, homing.sign, homing.u_deg, span, strict=True):
+        rise = "rise" if sign > 0 else "fall"
+        table.add_row(escape(turned.name), f"{turned.span_deg:.1f}", f"{mjcf:.1f}", str(zero), rise, f"{u:.2f}")
     return table
 
 

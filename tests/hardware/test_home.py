@@ -1,15 +1,20 @@
-"""Homing: ends of joints to zeros, what is refused, and that its uncertainty reaches the filter."""
+"""Homing: a person who is told which end is which, zeros and directions that follow, what is refused, what reaches the filter."""
 
+import io
 import json
 import math
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
-from hardware.turned import Turned, joined
+from hardware import home
+from hardware.servos.bus import Felt
+from hardware.turned import Turned, ends_deg, joined, ways
 from oio.errors import BadInput, OioError
 from oio.homing import Homing
 from oio.knowledge import prior
@@ -19,27 +24,195 @@ TURN = 4096
 DEGREES = 360.0 / TURN
 
 
+DIRECTIONS = {"forward": (0, 1), "back": (0, -1), "to the arm's left": (1, 1), "to the arm's right": (1, -1), "up": (2, 1), "down": (2, -1)}
+
+
 @pytest.fixture(scope="module")
 def arm(built):
     return built("arm")
 
 
 def turned_like(arm, zeros, signs, misfit_deg=0.0):
-    """Joints that were turned between their ends, each end `misfit_deg` / 2 short of the MJCF's."""
+    """Joints that were turned from LOW to HIGH, each end `misfit_deg` / 2 short of the MJCF's."""
     rounds = []
     for i, (zero, sign) in enumerate(zip(zeros, signs, strict=True)):
-        turned = Turned(arm.all_names[i], TURN)
-        low, high = np.degrees(arm.low_rad[i]) + misfit_deg / 2, np.degrees(arm.high_rad[i]) - misfit_deg / 2
-        for degrees in np.linspace(low, high, 40):
+        low, high = ends_deg(arm, i)
+        turned = Turned(arm.all_names[i], TURN, (low, high))
+        turned.add(round(zero + sign * (low + misfit_deg / 2) / DEGREES))
+        turned.stop()
+        for degrees in np.linspace(low + misfit_deg / 2, high - misfit_deg / 2, 40):
             turned.add(round(zero + sign * degrees / DEGREES))
+        turned.stop()
         rounds.append(turned)
     return rounds
 
 
+class Servos:
+    """A bus whose servos are mounted somehow; somebody holds the arm at `degrees`."""
+
+    name, baud, counts_per_turn, middle = "fake", 1, TURN, TURN // 2
+
+    def __init__(self, zeros, signs, degrees):
+        self.zeros, self.signs, self.degrees, self.holds = np.array(zeros), np.array(signs), np.array(degrees), True
+
+    def ping(self, wire, servo):
+        return self.name
+
+    def begin(self, wire, ids):
+        assert list(ids) == [1, 2, 3, 4, 5]
+
+    def torque(self, wire, ids, on):
+        self.holds = on
+
+    def feel(self, wire, ids):
+        counts = np.rint(self.zeros + self.signs * self.degrees / DEGREES).astype(np.int64)
+        return Felt(counts, np.zeros(len(ids)), None)
+
+
+class Person:
+    """Presses Enter to let go, then turns joints to `goals` (joint, degrees, whether Enter is pressed there), a step per look."""
+
+    def __init__(self, servos, goals):
+        self.servos, self.goals, self.goal = servos, iter(goals), None
+
+    def __call__(self, wait_s):
+        assert self.servos.holds == (self.goal is None)
+        if self.goal is not None:
+            i, degrees, enter = self.goal
+            left = degrees - self.servos.degrees[i]
+            self.servos.degrees[i] += np.clip(left, -7.0, 7.0)
+            if abs(left) > 7.0:
+                return False
+        pressed = self.goal is None or enter
+        self.goal = next(self.goals, (0, 0.0, False))
+        return pressed
+
+
+def obedient(arm, rounds=2):
+    """The goals of a person who does as told: all joints to LOW, then to HIGH."""
+    return [(i, degrees, True) for _ in range(rounds) for i in range(5) for degrees in ends_deg(arm, i)]
+
+
+@pytest.fixture
+def walk(monkeypatch, arm, tmp_path):
+    """What was shown to a person with these goals, and the file."""
+
+    def walked(servos, goals, repeats=2):
+        console, file = Console(record=True, width=300, file=io.StringIO()), tmp_path / "homing.json"
+        monkeypatch.setattr(home, "_entered", Person(servos, goals))
+        try:
+            home._walk(console, servos, None, arm, repeats, file)
+        except OioError:
+            assert not file.exists()
+            raise
+        return console.export_text(), str(file)
+
+    return walked
+
+
+@pytest.mark.parametrize("signs", [(1, 1, 1, 1, 1), (-1, 1, 1, 1, 1), (1, -1, 1, -1, -1), (-1, -1, -1, -1, -1)])
+def test_a_person_who_does_as_told_homes_mirrored_joints_too(arm, walk, signs):
+    servos = Servos((2048, 1990, 2100, 2000, 2060), signs, np.degrees(arm.home))
+    told, file = walk(servos, obedient(arm))
+    assert told.count(" LOW end (") == told.count(" HIGH end (") == 10 and told.count("fall") == signs.count(-1)
+    assert "the nose 0.34 m in front of the base's origin, 0.00 m to its left, 0.13 m above" in told
+    assert "LOW end (-100 degrees; from home the nose goes up)" in told and "HIGH end (100 degrees; from home the nose goes down)" in told
+    homing, servos.degrees = Homing.read(file, 5), np.array([20.0, -50.0, 30.0, 60.0, -70.0])
+    angles_deg = np.degrees(homing.angles(servos.feel(None, range(5)).counts, TURN))
+    assert homing.sign == signs and angles_deg == pytest.approx(servos.degrees, abs=3 * DEGREES)
+
+
+def test_enter_pressed_twice_at_the_same_end_is_refused_at_once(arm, walk):
+    servos, (low, high) = Servos((2048,) * 5, (1,) * 5, np.degrees(arm.home)), ends_deg(arm, 1)
+    goals = [*obedient(arm)[:2], (1, high, False), (1, low, True), (1, low + 5, True)]
+    with pytest.raises(OioError, match=r"shoulder_elevation was at 910 counts when .* LOW end and at 967 for its HIGH end: .* same side"):
+        walk(servos, goals)
+
+
+def test_a_round_that_went_the_other_way_is_refused(arm, walk):
+    servos, goals = Servos((2048,) * 5, (1,) * 5, np.degrees(arm.home)), obedient(arm)
+    goals[14:16] = goals[14:16][::-1]  # elbow, round 2
+    with pytest.raises(
+        OioError, match=r"elbow_tilt was turned from LOW to HIGH one way in round 1 and the other way in round 2: .*mirrored"
+    ):
+        walk(servos, goals)
+
+
+def test_a_joint_that_turns_too_far_is_sent_to_tape_marks_and_is_homed_with_them(arm, walk):
+    servos, goals = Servos((2048,) * 5, (1, 1, 1, 1, -1), np.degrees(arm.home)), obedient(arm, 1)
+    marks = "put tape marks at -157 and 163 degrees from its middle"
+    with pytest.raises(OioError, match=rf"wrist_roll was turned by 340 degrees, but .* 320 degrees apart\. .*, or {marks}"):
+        walk(servos, [*goals[:8], (4, -167.0, True), (4, 173.0, True)], 1)
+    with pytest.raises(OioError, match=rf"wrist_roll jumped .* if the joint turns on without end, {marks}"):
+        walk(endless(arm), [*goals[:8], (4, -270.0, True)], 1)
+    servos.holds = True
+    _, file = walk(servos, [*goals[:8], (4, -157.0, True), (4, 170.0, False), (4, 163.0, True)], 1)  # it began past its mark: it was at 173
+    homing = Homing.read(file, 5)
+    assert homing.sign[4] == -1 and abs(homing.zero_counts[4] - 2048) <= 4 and homing.u_deg[4] < 0.5
+
+
+def test_a_joint_that_sagged_from_its_stop_before_enter_costs_nothing(arm, walk):
+    servos, (low, high) = Servos((2048,) * 5, (1,) * 5, np.degrees(arm.home)), ends_deg(arm, 1)
+    goals = obedient(arm, 1)
+    _, file = walk(servos, [*goals[:2], (1, low, False), (1, low + 20, True), (1, high, False), (1, high - 9, True), *goals[4:]], 1)
+    assert Homing.read(file, 5).zero_counts == (2048,) * 5 and Homing.read(file, 5).u_deg[1] < 0.5
+
+
+def endless(arm):
+    """An arm whose roll goes around and around."""
+    servos = Servos((2048,) * 5, (1,) * 5, np.degrees(arm.home))
+    feel = servos.feel
+    servos.feel = lambda wire, ids: Felt(feel(wire, ids).counts % TURN, np.zeros(5), None)
+    return servos
+
+
+def test_the_words_are_what_mujoco_does(arm):
+    """A little way from home and, for joints that move the nose, all the way at the end."""
+    model = mujoco.MjModel.from_xml_path(str(arm.path))
+    begin, turn, anchors, _ = posed(model, arm.home)
+    for i, words in enumerate(ways(arm)):
+        for word, end, side in zip(words, (arm.low_rad[i], arm.high_rad[i]), (-1, 1), strict=True):
+            q = arm.home.copy()
+            q[i] += 0.01 * side
+            nudged, turned, _, _ = posed(model, q)
+            moved = nudged - begin
+            if "rolls" in word:
+                ahead = (begin - anchors[i]) @ axis_of(turned @ turn.T)
+                assert ("counterclockwise" in word) == (ahead < 0) and np.linalg.norm(moved) < 2e-4
+                continue
+            axis, sign = DIRECTIONS[word.removeprefix("the nose goes ")]
+            q[i] = end
+            assert np.argmax(np.abs(moved)) == axis and sign * moved[axis] > 0 and sign * (posed(model, q)[0] - begin)[axis] > 0.1
+
+
+def posed(model, q):
+    """Place and attitude of the nose, and where the joints are and point, for joints q."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = q
+    mujoco.mj_kinematics(model, data)
+    return data.site("nose").xpos, data.site("nose").xmat.reshape(3, 3), data.xanchor, data.xaxis
+
+
+def axis_of(rotation):
+    """About which a small rotation turns, right-handed."""
+    return np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+
+
+def test_the_words_of_the_so101(arm, built):
+    assert ways(arm) == [
+        ("the nose goes to the arm's left", "the nose goes to the arm's right"),
+        ("the nose goes up", "the nose goes down"),
+        ("the nose goes up", "the nose goes down"),
+        ("the nose goes up", "the nose goes down"),
+        ("the nose rolls clockwise, seen from behind it", "the nose rolls counterclockwise, seen from behind it"),
+    ]
+    assert ways(home.described("gantry"))[0] == ("the nose goes back", "the nose goes forward")
+
+
 @given(shift=st.lists(st.integers(-200, 200), min_size=5, max_size=5), signs=st.lists(st.sampled_from([-1, 1]), min_size=5, max_size=5))
-def test_the_zero_comes_back_whatever_servo_it_is_and_however_it_is_mounted(arm, shift, signs):
+def test_zero_and_direction_come_back_whatever_servo_it_is_and_however_it_is_mounted(arm, shift, signs):
     zeros = [2048 + s for s in shift]
-    homing = joined([turned_like(arm, zeros, signs)] * 2, arm, tuple(signs), TURN)
+    homing = joined([turned_like(arm, zeros, signs)] * 2, arm, TURN)
     assert np.max(np.abs(np.array(homing.zero_counts) - zeros)) <= 1 and homing.sign == tuple(signs)
     play = arm.backlash_deg / 2 / math.sqrt(3)
     assert np.array(homing.u_deg) == pytest.approx(play, rel=0.1)
@@ -47,15 +220,15 @@ def test_the_zero_comes_back_whatever_servo_it_is_and_however_it_is_mounted(arm,
 
 def test_an_end_that_was_not_reached_costs_certainty_and_then_is_refused(arm):
     zeros, signs = [2048] * 5, (1,) * 5
-    sure = joined([turned_like(arm, zeros, signs)], arm, signs, TURN)
-    doubtful = joined([turned_like(arm, zeros, signs, 10.0)], arm, signs, TURN)
+    sure = joined([turned_like(arm, zeros, signs)], arm, TURN)
+    doubtful = joined([turned_like(arm, zeros, signs, 10.0)], arm, TURN)
     assert min(doubtful.u_deg) == pytest.approx(math.hypot(5.0 / math.sqrt(3), sure.u_deg[0]), rel=0.02)
     with pytest.raises(OioError, match="shoulder_azimuth was turned by 200 degrees, but its ends in the MJCF are 220"):
-        joined([turned_like(arm, zeros, signs, 20.0)], arm, signs, TURN)
+        joined([turned_like(arm, zeros, signs, 20.0)], arm, TURN)
 
 
 def test_a_wrap_inside_the_range_is_refused_with_what_to_do():
-    turned = Turned("elbow_flex", TURN)
+    turned = Turned("elbow_flex", TURN, (-97.0, 97.0))
     for counts in range(3000, 4096, 50):
         turned.add(counts)
     with pytest.raises(OioError, match=r"elbow_flex jumped from 4050 to 4: .*wraps.*2048.*home again"):

@@ -154,14 +154,15 @@ def test_ports_say_what_they_are_and_what_to_paste(emulators):
 
 
 @pytest.mark.parametrize("arm", ["feetech", "dynamixel"])
-def test_homing_asks_for_every_joint_and_refuses_one_that_was_not_turned(emulators, arm):
+def test_homing_asks_for_both_ends_by_name_and_refuses_a_joint_that_was_not_turned(emulators, arm):
     bench = emulators("nose=scd30", f"arm={arm}")
     file = bench.folder / "homing.json"
     words = [f"port={bench.folder / 'ports' / 'arm'}", f"driver={arm}", f"out={file}", "repeats=1"]
     command = [sys.executable, "-m", "hardware.home", *words]
     person = subprocess.Popen(command, cwd=ROOT, env=ENV, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    told, errors = person.communicate("\n" * 6, timeout=60)
-    assert person.returncode == 1 and "Hold the arm" in told and told.count("turn it by hand") == 5, errors
+    told, errors = person.communicate("\n" * 3, timeout=60)
+    assert person.returncode == 1 and "Hold the arm" in told and told.count("turn it by hand") == 2, errors
+    assert "LOW end (-110 degrees; from home the nose goes to the arm's left)" in told and "HIGH end (110 degrees" in told
     assert "was turned by 0 degrees, but its ends in the MJCF are" in errors and "Traceback" not in errors and not file.exists()
 
 
@@ -170,6 +171,7 @@ def test_homing_asks_for_every_joint_and_refuses_one_that_was_not_turned(emulato
     [
         ([], "no port was given"),
         (["prot=x"], "knows driver, port"),
+        (["port=/dev/no", "sign=1,1,1,1,1"], "sign=1,1,1,1,1 was given, but `python -m hardware.home` knows driver, port"),
         (["port=/dev/no"], "no such port"),
         (["port=/x", "arm=no"], "it can be gantry"),
     ],
