@@ -1,0 +1,39 @@
+"""The commands of both READMEs that need hardware: every key exists, and all but the ports can be built."""
+
+import re
+import shlex
+from pathlib import Path
+
+import hydra
+import pytest
+from hydra.utils import instantiate
+
+from oio.conf import CONF
+from oio.homing import Homing
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def commands():
+    for page in ("README.md", "hardware/README.md"):
+        text = (ROOT / page).read_text(encoding="utf-8").replace("\\\n", " ")
+        for block in re.findall(r"^```\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+            for line in block.splitlines():
+                if line.startswith("python -m oio.run backend=serial"):
+                    yield page, shlex.split(line, comments=True)[3:]
+
+
+def test_there_are_such_commands():
+    assert [page for page, _ in commands()] == ["README.md", *["hardware/README.md"] * 3]
+
+
+@pytest.mark.parametrize("words", [words for _, words in commands()], ids=lambda words: words[1])
+def test_a_command_of_the_readmes_builds_a_bench(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Homing.nominal(5, 2048).write(tmp_path / "homing.json")
+    with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
+        cfg = hydra.compose("config", words)
+    bench = instantiate(cfg.backend)
+    bench._refuse_toys()  # it names real ports, and what stands there goes with them
+    for stage in cfg.stage.values():
+        instantiate(stage)
