@@ -11,6 +11,7 @@ PERIOD_MS = range(20, 10_001)
 BOOT_S = 1.8  # an Arduino's bootloader waits so long for a new program
 CLOCK_JUMP_MS = 10_000
 WRAP = 1 << 32  # ms are uint32
+HOLD_S = 10.0  # V1 and V2 hold so long, as in the firmware's valve.h
 SOURCES = {"V0": "none", "V1": "beacon", "V2": "source"}
 
 
@@ -98,18 +99,31 @@ class LineNose(Board):
 
 
 class Valve(Board):
-    """Two relays: no gas, the beacon's, or the source's."""
+    """Two relays: no gas, the beacon's, or the source's; these for ten seconds of the bench after they were last asked for."""
 
     def __init__(self, present: Callable[[str], None], trouble: Trouble) -> None:
         super().__init__(10, trouble)  # the ADC of its ATmega328P
-        self._present = present
+        self._present, self._open, self._asked_s = present, "none", 0.0
 
     def powered(self, t_s: float) -> None:
         """It boots with its relays open."""
         super().powered(t_s)
+        self._open = "none"
         self._present("none")
+
+    def spoken(self, t_s: float) -> bytes:
+        """Nothing; but whoever opened the gas may be dead."""
+        if t_s - self._asked_s >= HOLD_S - 1e-9:
+            self._switch("none")
+        return super().spoken(t_s)
 
     def _obeyed(self, command: str) -> bool:
         if command in SOURCES:
-            self._present(SOURCES[command])
+            self._asked_s = self._t_s
+            self._switch(SOURCES[command])
         return command in SOURCES
+
+    def _switch(self, source: str) -> None:
+        if source != self._open:  # a repetition does not click
+            self._open = source
+            self._present(source)

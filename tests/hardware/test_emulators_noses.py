@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.emulators.device import Electronics
-from hardware.emulators.line import LineNose, Valve
+from hardware.emulators.line import HOLD_S, LineNose, Valve
 from hardware.emulators.scd30 import BOOT_S, Scd30
 from hardware.emulators.scd41 import Scd41, SensorBridge
 from hardware.wire import modbus, scd4x, shdlc
@@ -274,3 +274,16 @@ def test_a_valve_opens_one_source():
     assert said(valve.answer(b"SA\n")) == [("NAK", "SA")]
     valve.powered(5.0)
     assert opened[-1] == "none" and len(opened) == 4
+
+
+def test_a_valve_closes_by_itself_unless_it_is_told_again_and_does_so_once():
+    opened = []
+    valve = Valve(opened.append, set())
+    for tick in range(1, 2501):  # 50 s; it is told up to the 16th
+        t_s = 0.02 * tick
+        assert valve.spoken(t_s) == b""
+        if tick % 400 == 50:
+            assert said(valve.answer(b"V2\n" if t_s < 20.0 else b"ID\n"))
+        assert opened == (["source"] if 1.0 <= t_s < 17.0 + HOLD_S - 1e-6 else ["source", "none"] if t_s > 2.0 else []), t_s
+    valve.answer(b"V1\n")
+    assert opened == ["source", "none", "beacon"]  # it can be opened again

@@ -22,6 +22,7 @@ from hardware.wire.line import Commands, Lines
 
 SPEED = 3.0  # times real time, if the machine is free; nothing depends on it
 PATIENCE_S = 120.0  # for a busy machine
+HOLD_MS = 10_000  # of valve.h
 LSB_MV = 5000 / 1023
 IDENTITY = ("ACK", "ID", "OIO-NOSE", "1", "10")
 Fields = tuple[str, ...]
@@ -250,6 +251,60 @@ def test_one_relay_at_most_is_on(board: Board) -> None:
         assert board.answer(command)[:2] == ("ACK", command)
     board.until(lambda: [v[:2] for v in board.valves[-6:]] == [(1, 0), (0, 0), (0, 1), (0, 0), (1, 0), (0, 0)])
     assert all(not (beacon and source) for beacon, source, _ in board.valves)
+
+
+def passed(board: Board, device_ms: int) -> None:
+    """Wait until its clock says so."""
+    board.heard(max(0, len(board.sentences) - 1), lambda s: is_report(s) and int(s[1]) >= device_ms)
+
+
+def changes(board: Board) -> list[tuple[int, int]]:
+    return [v[:2] for v in board.valves]
+
+
+def test_gas_closes_by_itself_unless_it_is_asked_for_again(host: Path, elf: Path) -> None:
+    with powered(host, elf) as board:
+        first_ms = int(board.answer("V1")[2])
+        passed(board, first_ms + 8000)
+        last_ms = int(board.answer("V1")[2])
+        passed(board, first_ms + 11_000)
+        assert board.answer("V3")[0] == "NAK" and board.answer("ID") == IDENTITY  # which hold nothing
+        board.until(lambda: len(board.valves) >= 2)
+        assert changes(board) == [(1, 0), (0, 0)]  # the repetition did not click
+        assert board.valves[-1][2] / 1e3 - last_ms == pytest.approx(HOLD_MS, abs=20)
+
+
+def test_v0_stays_closed_and_a_change_holds_anew(host: Path, elf: Path) -> None:
+    with powered(host, elf) as board:
+        first_ms = int(board.answer("V1")[2])
+        passed(board, first_ms + 6000)
+        last_ms = int(board.answer("V2")[2])
+        passed(board, first_ms + HOLD_MS + 1000)
+        assert changes(board) == [(1, 0), (0, 0), (0, 1)]
+        board.answer("V0")
+        passed(board, last_ms + HOLD_MS + 1000)
+        assert changes(board) == [(1, 0), (0, 0), (0, 1), (0, 0)]
+
+
+def test_relays_that_switch_on_a_low_level(host: Path, built_firmware: Callable[[str], Path]) -> None:
+    with powered(host, built_firmware("-DRELAYS_LOW")) as board:
+        assert changes(board)[-1] == (1, 1)
+        board.valves.clear()
+        for command in ("V1", "V1", "V2", "V0", "V2"):
+            last_ms = int(board.answer(command)[2])
+        board.until(lambda: len(board.valves) >= 6)
+        assert changes(board) == [(0, 1), (1, 1), (1, 0), (1, 1), (1, 0), (1, 1)]
+        assert board.valves[-1][2] / 1e3 - last_ms == pytest.approx(HOLD_MS, abs=20)
+
+
+@pytest.mark.parametrize("flags", ["", "-DRELAYS_LOW"])
+def test_relays_are_closed_before_their_pins_are_outputs(built_firmware: Callable[[str], Path], flags: str) -> None:
+    """The simulated board does not tell a pulled-up input from an output, so the machine code is read: PORTD is 0x0b, DDRD 0x0a."""
+    code = subprocess.run(["avr-objdump", "-d", built_firmware(flags)], check=True, capture_output=True, text=True).stdout
+    body = code.split("<valve_begin>:\n")[1].split("\n\n")[0]
+    written = re.findall(r"\b(?:r?call|(?:out|sbi|cbi)\s+0x0[ab])", body)
+    kinds = ["direction" if "0x0a" in each else "level" for each in written]
+    assert kinds == sorted(kinds, reverse=True) and set(kinds) == {"direction", "level"}
 
 
 def test_a_flood_of_commands_neither_wedges_it_nor_holds_reports_up(host: Path, elf: Path) -> None:

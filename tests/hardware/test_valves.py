@@ -10,8 +10,9 @@ import pytest
 
 from hardware.emulators import choice
 from hardware.emulators.bench import emulated
+from hardware.emulators.line import HOLD_S
 from hardware.links.device import Patience
-from hardware.valves import ValvePort
+from hardware.valves import BEAT_S, ValvePort
 from oio import stopping
 from oio.errors import BadInput, OioError
 
@@ -43,6 +44,61 @@ def test_relays_boot_are_told_and_let_out_nothing_at_the_end(bench):
     assert gas[-1] == "none"
 
 
+def passed(made, for_s):
+    """So many seconds of the bench, which may be slow."""
+    until_s, patience_s = made.loop.lab.tick_s + for_s, time.monotonic() + 60.0
+    while made.loop.lab.tick_s < until_s:
+        assert time.monotonic() < patience_s
+        time.sleep(0.02)
+
+
+def said(valve):
+    """Its next news."""
+    until_s = time.monotonic() + PATIENCE.away_s
+    while (news := valve.watch()) is None and time.monotonic() < until_s:
+        time.sleep(0.02)
+    return news
+
+
+def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
+    made, gas = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        valve.present("beacon")
+        passed(made, 2.0 * HOLD_S)
+        assert gas == ["none", "beacon"] and valve.watch() is None
+        valve._leave.set()  # what SIGKILL does, too: no more beats, no goodbye, and a port that is let go
+        valve._heart.join()
+        valve._close()
+        passed(made, 1.1 * HOLD_S)
+        assert gas == ["none", "beacon", "none"]
+
+
+def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
+    made, gas = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        valve.present("beacon")
+        beats, beat = [], valve._beat
+        monkeypatch.setattr(valve, "_beat", lambda: (beats.append(valve._told), beat()))
+        with valve._lock:
+            time.sleep(1.5 * BEAT_S)
+            assert beats == []
+        valve.present("none")
+        time.sleep(2.5 * BEAT_S)
+        assert set(beats) == {"V0"} and gas == ["none", "beacon", "none"]
+
+
+def test_what_kills_the_thread_is_raised(bench, monkeypatch):
+    made, gas = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        valve.present("source")
+        monkeypatch.setattr(valve, "_beat", lambda: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            said(valve)
+        with pytest.raises(ZeroDivisionError):
+            valve.watch()
+    assert gas[-1] == "none"
+
+
 def unplugged(made):
     """Its valve, until `plugged`."""
     made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "unplug", 0.0, 1e9)]
@@ -71,13 +127,9 @@ def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
         valve.present("beacon")
         assert valve.watch() is None
         unplugged(made)
-        assert valve.watch() == "backend.valve line: its port went away" and valve.watch() is None
+        assert said(valve) == "backend.valve line: its port went away" and valve.watch() is None
         plugged(made)
-        said, until_s = None, time.monotonic() + PATIENCE.away_s
-        while said is None and time.monotonic() < until_s:
-            time.sleep(0.02)
-            said = valve.watch()
-        assert said == "backend.valve line: did V1 again" and gas[-3:] == ["none", "none", "beacon"]  # plugged in, opened, told
+        assert said(valve) == "backend.valve line: did V1 again" and gas[-3:] == ["none", "none", "beacon"]  # plugged in, opened, told
         assert valve.watch() is None
 
 
@@ -89,7 +141,7 @@ def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
         valve._patience = HASTY
         with pytest.raises(OioError, match=r"backend\.valve\.port=.* does not say that it did V1 .*Check its cable"):
             valve.present("beacon")
-        assert valve.watch() == "backend.valve line: its port went away"
+        assert said(valve) == "backend.valve line: its port went away"
         time.sleep(1.1 * HASTY.away_s)
         with pytest.raises(OioError, match="stays away"):
             valve.watch()
@@ -102,6 +154,8 @@ def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
         monkeypatch.setattr(stopping, "_asked", [2])
         with pytest.raises(KeyboardInterrupt):
             valve.present("beacon")
+        time.sleep(1.5 * BEAT_S)
+        assert "beacon" not in gas  # what was stopped is not told by the next beat either
     assert gas[-1] == "none"  # it is closed nevertheless
 
 

@@ -3,22 +3,26 @@
  * Wiring (Arduino names in brackets)
  *   ADC0 [A0]      element A: V_out of its LMP91000, or the middle of its divider (sensor to +5 V, load resistor to GND)
  *   ADC1 [A1]      element B, the same
- *   PD4  [D4]      relay of the beacon, high = open
- *   PD5  [D5]      relay of the source, high = open
+ *   PD4  [D4]      relay of the beacon, high = open; low = open if made with EXTRA=-DRELAYS_LOW
+ *   PD5  [D5]      relay of the source, the same
  *   PD0, PD1       serial line, 115200 8N1; on an Arduino it is the USB socket
  *   AREF           100 nF to GND and nothing else: the reference is AVcc, that is the board's +5 V
  * Both dividers take the same +5 V as AVcc, so that the counts do not depend on it. The potentiostats take their reference from
  * it too: full scale, 1023 counts, is AVcc. Heaters and bias are wired to the supply, never to a pin: they stay on.
+ * Most relay boards with optocouplers switch on a low level and need -DRELAYS_LOW: without it both gases flow until V1 or V2 is
+ * said, and then the wrong one. Try it with no gas connected: at power-up no relay may click, and none may be lit.
  *
  * Protocol
  *   every period   $NOSE,<ms>,<A|B>,<adcA>,<adcB>*HH    ms since boot, the selected element, both counts (10 bits)
  *   SA, SB         select an element                    $ACK,SA,<ms>*HH
  *   P<ms>          period, 20 to 10000, at first 100    $ACK,P50,<ms>*HH
- *   V0, V1, V2     no source, the beacon, the source    $ACK,V1,<ms>*HH
+ *   V0, V1, V2     no source, the beacon, the source    $ACK,V1,<ms>*HH    the gas closes by itself after 10 s: say it again
  *   ID                                                  $ACK,ID,OIO-NOSE,<version>,10*HH
  *   anything else                                       $NAK,<what it was>*HH
  * Commands end in \n (a \r before it is dropped) and have at most 16 characters; what a sentence cannot hold is said back as ?.
  * HH is the XOR of the characters between $ and *; sentences end in \r\n.
+ * V1 and V2 hold for 10 s from when they were last received, and a repetition does not switch the relay: a host that wants gas says
+ * so every second, and one that was killed, crashed or fell asleep leaves no gas open. Nothing is said when it closes.
  *
  * The watchdog resets the board if the loop below hangs for a second: the valves close and ms begins again at 0.
  */
@@ -55,6 +59,7 @@ int main(void)
         char c;
         wdt_reset();
         report_if_due();
+        valve_tick(clock_ms());
         if (serial_get(&c)) { /* one at a time, so that no flood of commands holds a report up */
             command_character(c);
         }

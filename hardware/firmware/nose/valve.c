@@ -3,21 +3,45 @@
 #include <avr/io.h>
 #include <stdint.h>
 
+#include "clock.h"
+
 #define BEACON _BV(PD4)
 #define SOURCE _BV(PD5)
+#define BOTH (BEACON | SOURCE)
+
+static uint8_t opened; /* BEACON, SOURCE, or 0 */
+static uint32_t asked_ms;
+
+static void drive(uint8_t open)
+{
+#ifdef RELAYS_LOW
+    uint8_t high = BOTH ^ open;
+#else
+    uint8_t high = open;
+#endif
+    PORTD = (uint8_t)((PORTD & (uint8_t)~BOTH) | high); /* both pins in one write */
+    opened = open;
+}
 
 void valve_begin(void)
 {
-    PORTD &= (uint8_t)~(BEACON | SOURCE); /* low before they become outputs: no click at boot */
-    DDRD |= BEACON | SOURCE;
+    drive(0); /* closed before they become outputs: no click at boot */
+    DDRD |= BOTH;
 }
 
 void valve_open(char which)
 {
-    PORTD &= (uint8_t)~(BEACON | SOURCE); /* close the one before the other opens */
-    if (which == '1') {
-        PORTD |= BEACON;
-    } else if (which == '2') {
-        PORTD |= SOURCE;
+    uint8_t wanted = which == '1' ? BEACON : which == '2' ? SOURCE : 0;
+    asked_ms = clock_ms();
+    if (wanted != opened) { /* a repetition leaves it alone, or the relay would click at each beat of the host */
+        drive(0);           /* close the one before the other opens */
+        drive(wanted);
+    }
+}
+
+void valve_tick(uint32_t now_ms)
+{
+    if (opened && now_ms - asked_ms >= VALVE_HOLD_MS) { /* right even when ms wraps after 49.7 days */
+        drive(0);
     }
 }
