@@ -16,7 +16,7 @@ from hardware.emulators.device import Device, Electronics, Trouble
 from hardware.emulators.dynamixel import Dynamixel
 from hardware.emulators.feetech import Feetech
 from hardware.emulators.lab import Lab
-from hardware.emulators.line import LineNose, Valve
+from hardware.emulators.line import HOLD_S, LineNose, Valve
 from hardware.emulators.loop import Loop
 from hardware.emulators.pty import Port
 from hardware.emulators.served import Agenda, Served
@@ -67,7 +67,8 @@ def _devices(choice: Choice, sim: MujocoSim, lab: Lab) -> Iterator[tuple[str, De
         yield "arm", BUSES[choice.arm](lab, trouble), trouble
     if choice.valve != "none":
         trouble = set()
-        yield "valve", Valve(lab.present, trouble), trouble
+        hold_s = HOLD_S * max(1.0, choice.speed / 4.0)  # its host says once a second of its own that it is alive
+        yield "valve", Valve(lab.present, trouble, hold_s), trouble
 
 
 def _nose(driver: str, sim: MujocoSim, lab: Lab, trouble: Trouble) -> Device:

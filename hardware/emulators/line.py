@@ -101,9 +101,9 @@ class LineNose(Board):
 class Valve(Board):
     """Two relays: no gas, the beacon's, or the source's; these for ten seconds of the bench after they were last asked for."""
 
-    def __init__(self, present: Callable[[str], None], trouble: Trouble) -> None:
+    def __init__(self, present: Callable[[str], None], trouble: Trouble, hold_s: float = HOLD_S) -> None:
         super().__init__(10, trouble)  # the ADC of its ATmega328P
-        self._present, self._open, self._asked_s = present, "none", 0.0
+        self._present, self._hold_s, self._open, self._asked_s = present, hold_s, "none", 0.0
 
     def powered(self, t_s: float) -> None:
         """It boots with its relays open."""
@@ -113,7 +113,7 @@ class Valve(Board):
 
     def spoken(self, t_s: float) -> bytes:
         """Nothing; but whoever opened the gas may be dead."""
-        if t_s - self._asked_s >= HOLD_S - 1e-9:
+        if t_s - self._asked_s >= self._hold_s - 1e-9:
             self._switch("none")
         return super().spoken(t_s)
 

@@ -19,7 +19,7 @@ class Clock:
 
     def __init__(self, speed: float) -> None:
         self._speed, self._began_ns = speed, time.monotonic_ns()
-        self._slept_ns = _suspended_ns()
+        self._slept_ns = suspended_ns()
 
     def now_ns(self) -> int:
         """Of the world."""
@@ -28,14 +28,14 @@ class Clock:
     @property
     def slept_s(self) -> float:
         """How long the host was suspended meanwhile: for `now_ns` no time passed then."""
-        return (_suspended_ns() - self._slept_ns) / SECOND_NS
+        return (suspended_ns() - self._slept_ns) / SECOND_NS
 
     def host_s(self, world_s: float) -> float:
         """Seconds of the host that so many of the world take."""
         return world_s / self._speed
 
 
-def _suspended_ns() -> int:
+def suspended_ns() -> int:
     """Since boot; 0 where the system does not tell."""
     if not hasattr(time, "CLOCK_BOOTTIME"):
         return 0

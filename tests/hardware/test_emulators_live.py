@@ -364,5 +364,11 @@ def test_the_command_refuses_in_one_paragraph():
 def test_a_bench_at_emulated_ports_is_a_live_backend(up, built, sensor, nose, arm):
     with up(f"sensor={sensor}", "arm.encoder_drift_deg_s2=0", nose=nose, arm=arm) as bench, bench.loop.running():
         words = [f"backend.{key}.port={port}" for key, port in bench.ports.items()]
-        words += [f"backend.speed={SPEED:g}", f"backend.nose.driver={nose}", f"backend.arm.driver={arm}", "backend.valve.driver=line"]
+        words += [
+            f"backend.speed={SPEED:g}",
+            f"backend.nose.driver={nose}",
+            f"backend.arm.driver={arm}",
+            "backend.valve.driver=line",
+            "safety.quiet_s=10",
+        ]
         check_live_backend(built("backend", "backend=serial", *QUIET, f"sensor={sensor}", *words), for_s=3.0)

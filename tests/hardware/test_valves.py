@@ -12,7 +12,8 @@ from hardware.emulators import choice
 from hardware.emulators.bench import emulated
 from hardware.emulators.line import HOLD_S
 from hardware.links.device import Patience
-from hardware.valves import BEAT_S, ValvePort
+from hardware.relays import BEAT_S
+from hardware.valves import ValvePort
 from oio import stopping
 from oio.errors import BadInput, OioError
 
@@ -186,3 +187,18 @@ def test_nobody_says_nothing(capsys):
     with ValvePort(driver="none", port=None).open(PATIENCE) as valve:
         valve.present("source")
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_host_that_was_suspended_leaves_the_gas_closed(bench, monkeypatch):
+    made, gas = bench
+    slept_ns = [0]
+    monkeypatch.setattr("hardware.relays.suspended_ns", lambda: slept_ns[0])
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        valve.present("source")
+        slept_ns[0] = 3600 * 10**9
+        until_s = time.monotonic() + 5.0
+        with pytest.raises(OioError, match=r"suspended or too busy for 360. s"):
+            while time.monotonic() < until_s:
+                time.sleep(0.05)
+                valve.watch()
+    assert gas[-1] == "none"
