@@ -14,7 +14,6 @@ from hardware.links.find import found
 from hardware.links.microcontroller import BAUD, BOOT_S, acknowledged
 from hardware.links.port import NoAnswer, Unplugged, Wire, opened
 from hardware.wire import line
-from oio import stopping
 from oio.errors import BadInput, OioError
 from oio.records import seconds
 
@@ -45,12 +44,12 @@ class Relays:
             raise self._complaint("says nothing", error) from None
         self._heart.start()
 
-    def present(self, source: str) -> None:
+    def present(self, source: str, check: Callable[[], None]) -> None:
         """Told until it says that it did, and again when its port has come back."""
         while not self._lock.acquire(timeout=AGAIN_S):  # a beat may be opening ports
-            stopping.check()
+            check()
         try:
-            self._tell(source, self._patience.away_s, stopping.check)
+            self._tell(source, self._patience.away_s, check)
         except BaseException:
             self._told = COMMANDS["none"]  # or the next beat would open it after all
             raise

@@ -3,12 +3,11 @@
 import contextlib
 import select
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from hardware.links.device import Patience
 from hardware.relays import Relays
-from oio import stopping
 from oio.errors import BadInput, OioError
 from oio.settings import settings
 
@@ -23,8 +22,8 @@ SOURCES = {
 class Valve(Protocol):
     """Opens one source and closes the others."""
 
-    def present(self, source: str) -> None:
-        """When it returns, it is so. Raises OioError if it cannot be."""
+    def present(self, source: str, check: Callable[[], None]) -> None:
+        """When it returns, it is so. Raises OioError if it cannot be, and what `check` raises, which is called while it waits."""
         ...
 
     def watch(self) -> str | None:
@@ -71,7 +70,7 @@ class ValvePort:
 class Nobody:
     """Gas is as it is; the log says what was asked for."""
 
-    def present(self, source: str) -> None:
+    def present(self, source: str, check: Callable[[], None]) -> None:
         """Nothing."""
 
     def watch(self) -> None:
@@ -87,12 +86,12 @@ class Asked:
     def __init__(self) -> None:
         self._open = "none"
 
-    def present(self, source: str) -> None:
-        """Ask, and wait for Enter. Raises OioError where nobody can be asked; KeyboardInterrupt after Ctrl-C."""
+    def present(self, source: str, check: Callable[[], None]) -> None:
+        """Ask, and wait for Enter. Raises OioError where nobody can be asked."""
         self._open = source
         _say(f"please {SOURCES[source]}, then press Enter.")
         while not select.select([sys.stdin], [], [], 0.2)[0]:
-            stopping.check()
+            check()
         if not sys.stdin.readline():
             raise OioError(
                 f"nobody is there to {SOURCES[source]}: standard input has ended. Give backend.valve.driver=line with relays, or "

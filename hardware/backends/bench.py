@@ -71,7 +71,7 @@ class Bench:
         """Open one source; samples that were sensed before it was open can be had by `samples(0)` then."""
         if source not in SOURCES:
             raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(SOURCES)}.")
-        self._valve.present(source)
+        self._valve.present(source, self._watch)  # a person may take minutes, in which the arm may be held
         self._open = source
         time.sleep(self._clock.host_s(self._made.hold_s))
 

@@ -39,8 +39,8 @@ def test_relays_boot_are_told_and_let_out_nothing_at_the_end(bench):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         assert gas == ["none"]  # the opening has reset it
-        valve.present("beacon")
-        valve.present("source")
+        valve.present("beacon", stopping.check)
+        valve.present("source", stopping.check)
         assert gas == ["none", "beacon", "source"]
     assert gas[-1] == "none"
 
@@ -64,7 +64,7 @@ def said(valve):
 def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("beacon")
+        valve.present("beacon", stopping.check)
         passed(made, 2.0 * HOLD_S)
         assert gas == ["none", "beacon"] and valve.watch() is None
         valve._leave.set()  # what SIGKILL does, too: no more beats, no goodbye, and a port that is let go
@@ -77,13 +77,13 @@ def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
 def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("beacon")
+        valve.present("beacon", stopping.check)
         beats, beat = [], valve._beat
         monkeypatch.setattr(valve, "_beat", lambda: (beats.append(valve._told), beat()))
         with valve._lock:
             time.sleep(1.5 * BEAT_S)
             assert beats == []
-        valve.present("none")
+        valve.present("none", stopping.check)
         time.sleep(2.5 * BEAT_S)
         assert set(beats) == {"V0"} and gas == ["none", "beacon", "none"]
 
@@ -91,7 +91,7 @@ def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
 def test_what_kills_the_thread_is_raised(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source")
+        valve.present("source", stopping.check)
         monkeypatch.setattr(valve, "_beat", lambda: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             said(valve)
@@ -117,7 +117,7 @@ def test_relays_that_are_away_are_told_when_they_are_back(bench):
         unplugged(made)
         back = threading.Timer(1.0, plugged, (made,))
         back.start()
-        valve.present("source")
+        valve.present("source", stopping.check)
         assert gas[-1] == "source"
         back.join()
 
@@ -125,7 +125,7 @@ def test_relays_that_are_away_are_told_when_they_are_back(bench):
 def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("beacon")
+        valve.present("beacon", stopping.check)
         assert valve.watch() is None
         unplugged(made)
         assert said(valve) == "backend.valve line: its port went away" and valve.watch() is None
@@ -137,11 +137,11 @@ def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
 def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
     made, _ = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source")
+        valve.present("source", stopping.check)
         unplugged(made)
         valve._patience = HASTY
         with pytest.raises(OioError, match=r"backend\.valve\.port=.* does not say that it did V1 .*Check its cable"):
-            valve.present("beacon")
+            valve.present("beacon", stopping.check)
         assert said(valve) == "backend.valve line: its port went away"
         time.sleep(1.1 * HASTY.away_s)
         with pytest.raises(OioError, match="stays away"):
@@ -151,10 +151,10 @@ def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
 def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source")
+        valve.present("source", stopping.check)
         monkeypatch.setattr(stopping, "_asked", [2])
         with pytest.raises(KeyboardInterrupt):
-            valve.present("beacon")
+            valve.present("beacon", stopping.check)
         time.sleep(1.5 * BEAT_S)
         assert "beacon" not in gas  # what was stopped is not told by the next beat either
     assert gas[-1] == "none"  # it is closed nevertheless
@@ -174,18 +174,31 @@ def test_a_person_is_asked_and_reminded_to_close_the_gas(monkeypatch, capsys):
         monkeypatch.setattr(sys, "stdin", person)
         with ValvePort(driver="ask", port=None).open(PATIENCE) as valve:
             os.write(write, b"\n")
-            valve.present("source")
+            valve.present("source", stopping.check)
             assert "open the source to be found, then press Enter" in capsys.readouterr().err
             os.close(write)
             with pytest.raises(OioError, match="nobody is there"):
-                valve.present("beacon")
+                valve.present("beacon", stopping.check)
             capsys.readouterr()
         assert capsys.readouterr().err == "oio: please close every gas source.\n"
 
 
+def test_who_waits_for_a_person_hears_of_the_bench(monkeypatch):
+    read, write = os.pipe()
+
+    def held():
+        raise OioError("the arm was stopped: it met something")
+
+    with os.fdopen(read) as person:
+        monkeypatch.setattr(sys, "stdin", person)
+        with ValvePort(driver="ask", port=None).open(PATIENCE) as valve, pytest.raises(OioError, match="met something"):
+            valve.present("beacon", held)
+        os.close(write)
+
+
 def test_nobody_says_nothing(capsys):
     with ValvePort(driver="none", port=None).open(PATIENCE) as valve:
-        valve.present("source")
+        valve.present("source", stopping.check)
     assert capsys.readouterr() == ("", "")
 
 
@@ -194,7 +207,7 @@ def test_a_host_that_was_suspended_leaves_the_gas_closed(bench, monkeypatch):
     slept_ns = [0]
     monkeypatch.setattr("hardware.relays.suspended_ns", lambda: slept_ns[0])
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source")
+        valve.present("source", stopping.check)
         slept_ns[0] = 3600 * 10**9
         until_s = time.monotonic() + 5.0
         with pytest.raises(OioError, match=r"suspended or too busy for 360. s"):
