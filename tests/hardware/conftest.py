@@ -107,6 +107,11 @@ class Run:
         kinds = Counter(type(s) for s in samples[:last])
         return kinds[GasSample], kinds[JointState]
 
+    def all_accounted(self) -> bool:
+        """Whether every sample that was given away is in the log; a run that ended before its first account has nothing to compare."""
+        accounts = any(isinstance(s, Event) and s.kind == "link" for s in self.samples())
+        return not accounts or self.taken()[:2] == self.logged()
+
     def summary(self) -> Any:
         """Its numbers."""
         return json.loads((self.out / "summary.json").read_text(encoding="utf-8"))
