@@ -91,10 +91,18 @@ def _connect(chosen: choice.Choice, cfg: Any, overrides: Sequence[str], bench: E
         words.append(f"backend.{key}.driver={getattr(chosen, key)}")
         words += [f"backend.{key}.port={bench.ports[key]}"] if key in bench.ports else []
     words += [f"backend.speed={chosen.speed:g}", _position("source", bench)]
-    if chosen.speed > 1.0 and not any(word.startswith("safety.quiet_s=") for word in words):
-        words.append(f"safety.quiet_s={cfg.safety.quiet_s * chosen.speed:g}")  # a host that pauses does so in its own time
+    words += _patient(cfg, words, chosen.speed)
     words += [_position("beacon", bench)] if cfg.beacon.position is None else []
     return "python -m oio.run " + shlex.join(words)
+
+
+def _patient(cfg: Any, words: Sequence[str], speed: float) -> list[str]:
+    """A host that pauses does so in its own time: what is waited for is longer by that on a bench that goes faster."""
+    with_backend = _composed(["backend=serial", "backend.nose.driver=line", "backend.nose.port=none"])
+    patience = {f"backend.patience.{key}": with_backend.backend.patience[key] for key in ("first_s", "silent_s")}
+    waits = {"safety.quiet_s": cfg.safety.quiet_s, **patience}
+    given = {word.partition("=")[0] for word in words}
+    return [f"{key}={seconds * speed:g}" for key, seconds in waits.items() if speed > 1.0 and key not in given]
 
 
 def _position(source: str, bench: Emulated) -> str:

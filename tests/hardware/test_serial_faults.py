@@ -1,22 +1,24 @@
 """Faults of a nose and an arm during a run: counted in the log, or the end of it with one clear line."""
 
+import re
+
 import pytest
 
 from oio.records import Event
 
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
-FAULTS = [
-    ("nose.noise@2:3", 0, "skipped"),
-    ("nose.checksum@2:3", 0, "corrupt"),
-    ("nose.cut@2:2", 0, ""),
-    ("nose.unplug@3:1", 0, "opened anew 1"),
-    ("nose.nack@2:2", 0, ""),
-    ("nose.stuck@2:6", 0, "stuck"),
-    ("nose.saturated@2:2", 0, "saturated"),
-    ("arm.busy@3:0.5", 0, "lost"),
-    ("arm.noise@2:3", 0, "skipped"),
-    ("arm.unplug@4:1", 0, "opened anew 1"),
-    ("arm.hot@4:30", 1, "reports overheating"),
+FAULTS = [  # at a time when all devices are set up
+    ("nose.noise@14:3", 0, "skipped"),
+    ("nose.checksum@14:3", 0, "corrupt"),
+    ("nose.cut@14:2", 0, ""),
+    ("nose.unplug@15:1", 0, "opened anew 1"),
+    ("nose.nack@14:2", 0, ""),
+    ("nose.stuck@14:6", 0, "stuck"),
+    ("nose.saturated@14:2", 0, "saturated"),
+    ("arm.busy@15:0.5", 0, "lost"),
+    ("arm.noise@14:3", 0, "skipped"),
+    ("arm.unplug@16:1", 0, "opened anew 1"),
+    ("arm.hot@16:30", 1, "degC hot|reports overheating"),
     ("nose.unplug@16:100", 1, "backend.nose.port"),
     ("valve.unplug@16:1", 0, "backend.valve line: its port went away"),
     ("valve.unplug@16:100", 1, "backend.valve.port"),
@@ -29,10 +31,10 @@ def test_a_fault_is_counted_or_ends_the_run_with_one_clear_line(emulators, fault
     run = emulators("nose=scd30", "arm=feetech", "speed=3", f"faults={fault}").run(SHORT)
     assert run.code in (0, code) and run.code == code, run.said
     if code:
-        assert run.said.strip().splitlines()[-1].startswith("oio: ") and word in run.said
+        assert run.said.strip().splitlines()[-1].startswith("oio: ") and re.search(word, run.said)
     else:
         gaps = [s.text for s in run.samples() if isinstance(s, Event) and s.kind == "gap"]
-        assert word in "; ".join([run.account(), *gaps])
+        assert re.search(word, "; ".join([run.account(), *gaps]))
     assert run.all_accounted()
 
 
