@@ -30,7 +30,8 @@ test: lint  ## lint, types, contracts and the tests
 	$(PY) -m pytest -n 2 --dist loadfile
 
 test-all: lint  ## the same with the slow tests, an hour or two
-	$(PY) -m pytest -n 2 --dist worksteal -m ''
+	$(PY) -m pytest -n 2 --dist worksteal -m 'not alone'
+	$(PY) -m pytest -m alone
 
 lock: venv  ## make both lock files anew from pyproject.toml
 	$(PY) -m pip install --quiet uv

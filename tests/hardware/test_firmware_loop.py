@@ -158,6 +158,7 @@ def test_another_converter_than_that_of_the_board_is_refused(rooms: Any, tmp_pat
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_a_whole_run_through_the_firmware_finds_the_source(rooms: Any, tmp_path: Path) -> None:
     with rooms(speed=0.5, arm=True) as room:  # two boards at real time would take most of a small machine
         run = room.run(tmp_path / "out", *PATIENT, within_s=1200)

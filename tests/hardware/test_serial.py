@@ -120,6 +120,7 @@ def test_settings_that_make_no_sense_are_refused(words, told, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 @pytest.mark.parametrize("sensor", NOSES)
 def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sensor, tmp_path):
     """Median of three seeds, at most twice that of `backend=mujoco`; a sniff takes less than 2 ms from its last byte to the belief, where
@@ -139,6 +140,7 @@ def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sen
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_the_first_run_after_an_install_compiles_while_the_arm_stands(emulators, tmp_path):
     """Else the guard would hold the arm: a host that compiles is silent for 20 s."""
     run = emulators("nose=scd30", "arm=feetech", "speed=2").run(within_s=400, NUMBA_CACHE_DIR=str(tmp_path / "empty"))
