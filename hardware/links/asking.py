@@ -37,6 +37,10 @@ def drained(wire: Wire, framer: Framer[F]) -> list[F]:
 def asked(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
     """The first frame that fits, within so many seconds of the host. Raises NoAnswer."""
     drained(wire, framer)
+    return _answered(wire, question, framer, fits, within_s)
+
+
+def _answered(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
     wire.write(question)
     until_s = time.monotonic() + within_s
     while (left_s := until_s - time.monotonic()) > 0:
@@ -50,11 +54,15 @@ def asked(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bo
 
 
 def insisted(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], each_s: float, within_s: float) -> F:
-    """The same, asked again every `each_s` for so long: noise was in the way, or the device boots. Raises NoAnswer."""
+    """The same, asked again every `each_s` for so long: noise was in the way, or the device boots. An answer that is late will do.
+
+    Raises NoAnswer.
+    """
     until_s = time.monotonic() + within_s
+    drained(wire, framer)
     while True:
         try:
-            return asked(wire, question, framer, fits, each_s)
+            return _answered(wire, question, framer, fits, each_s)
         except NoAnswer:
             if time.monotonic() >= until_s:
                 raise
