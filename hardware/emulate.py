@@ -98,11 +98,13 @@ def _connect(chosen: choice.Choice, cfg: Any, overrides: Sequence[str], bench: E
 
 def _patient(cfg: Any, words: Sequence[str], speed: float) -> list[str]:
     """A host that pauses does so in its own time: what is waited for is longer by that on a bench that goes faster."""
+    if speed <= 1.0:
+        return []
     with_backend = _composed(["backend=serial", "backend.nose.driver=line", "backend.nose.port=none"])
     patience = {f"backend.patience.{key}": with_backend.backend.patience[key] for key in ("first_s", "silent_s")}
     waits = {"safety.quiet_s": cfg.safety.quiet_s, **patience}
     given = {word.partition("=")[0] for word in words}
-    return [f"{key}={seconds * speed:g}" for key, seconds in waits.items() if speed > 1.0 and key not in given]
+    return [f"{key}={seconds * speed:g}" for key, seconds in waits.items() if key not in given]
 
 
 def _position(source: str, bench: Emulated) -> str:

@@ -20,6 +20,7 @@ from hardware.emulators.line import BOOT_S
 from hardware.wire import dynamixel, modbus, scd4x, shdlc, sts
 from hardware.wire.line import Lines
 from oio.errors import BadInput
+from oio.records import JointState
 from oio.testing import check_live_backend
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -373,3 +374,20 @@ def test_a_bench_at_emulated_ports_is_a_live_backend(up, built, sensor, nose, ar
             "backend.patience.first_s=20",
         ]
         check_live_backend(built("backend", "backend=serial", *QUIET, f"sensor={sensor}", *words), for_s=3.0)
+
+
+def test_who_holds_the_arm_is_told_to_let_go_before_it_goes_home(up, built, capsys):
+    """The arm was left away from home; the second opening says so, waits, and brings it home."""
+    with up("sensor=ndir", "arm.encoder_drift_deg_s2=0", nose="scd30", arm="feetech") as bench, bench.loop.running():
+        words = [f"backend.{key}.port={port}" for key, port in bench.ports.items()]
+        words += ["backend.nose.driver=scd30", "backend.arm.driver=feetech", "backend.valve.driver=line", f"backend.speed={SPEED:g}"]
+        serial = built("backend", "backend=serial", *QUIET, "sensor=ndir", "safety.quiet_s=10", "backend.patience.first_s=20", *words)
+        home = serial.kinematics.home
+        for said in ("", "oio: the arm holds itself. Hands off: it goes home in 3 s.\n"):
+            with serial.open() as world:
+                assert capsys.readouterr().err == said
+                began = [s.q for s in world.samples(0.5) if isinstance(s, JointState)]
+                assert np.max(np.abs(began[-1] - home)) < 0.05
+                goal = home + np.array([0.4, 0.0, 0.0])
+                for _ in world.samples(world.move(goal, 1.0) + 0.5):
+                    pass

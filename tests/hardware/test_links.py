@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import select
 import threading
 import time
 import tty
@@ -14,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hardware.links import find
-from hardware.links.asking import asked
-from hardware.links.clock import JUMP_S, WRAP_MS, Clock, DeviceClock
+from hardware.links.asking import asked, insisted
+from hardware.links.clock import JUMP_S, WRAP_MS, Clock, DeviceClock, suspended_ns
 from hardware.links.device import Device, Patience
 from hardware.links.mailbox import Arrived, Mailbox
 from hardware.links.port import NoAnswer, Unplugged, opened
@@ -183,6 +184,41 @@ def test_what_came_in_before_the_question_is_no_answer(pty):
     threading.Timer(0.5, lambda: os.write(master, sentence("NOSE", "1") + sentence("ACK", "NEW"))).start()
     assert asked(wire, b"x", lines, lambda fields: fields[0] == "ACK", 5.0) == ("ACK", "NEW")
     wire.close()
+
+
+def test_a_late_answer_to_what_is_asked_again_will_do(pty):
+    """Every answer comes when the next question has been asked: none is ever in time."""
+    master, path = pty()
+    wire, over = opened(path, 115200, "backend.nose.port"), threading.Event()
+
+    def slow():
+        while not over.is_set():
+            if select.select([master], [], [], 0.05)[0] and os.read(master, 100):
+                time.sleep(0.3)
+                os.write(master, sentence("ACK", "ID"))
+
+    thread = threading.Thread(target=slow)
+    thread.start()
+    try:
+        assert insisted(wire, b"x", Lines(), lambda fields: fields[0] == "ACK", 0.2, 5.0) == ("ACK", "ID")
+        with pytest.raises(NoAnswer):
+            insisted(wire, b"x", Lines(), lambda fields: fields[0] == "NAK", 0.2, 0.3)
+    finally:
+        over.set()
+        thread.join()
+        wire.close()
+
+
+def test_a_clock_says_how_long_the_host_was_suspended(monkeypatch):
+    monkeypatch.setattr("hardware.links.clock.suspended_ns", lambda: 7 * SECOND_NS)
+    clock = Clock(4.0)
+    assert clock.slept_s == 0.0
+    monkeypatch.setattr("hardware.links.clock.suspended_ns", lambda: 10 * SECOND_NS)
+    assert clock.slept_s == 3.0
+
+
+def test_this_host_tells_how_long_it_was_suspended():
+    assert suspended_ns() > -SECOND_NS // 1000 and abs(Clock(1.0).slept_s) < 0.1  # two clocks, read one after the other
 
 
 # ---- devices

@@ -200,6 +200,13 @@ def test_a_held_arm_that_was_moved_by_hand_is_held_where_it_is_then(made):
     assert bus.on is False
 
 
+def test_how_far_from_home_it_was_found(made):
+    for off in (0.0, 0.2):
+        driver, _, _ = made(off=off * ROUND)
+        driver.begin(None)
+        assert driver.from_home_rad == pytest.approx(off, abs=2 * np.pi / 4096)
+
+
 def test_one_complaint_is_no_reason_to_stop(made):
     driver, bus, _ = made()
     driver.begin(None)

@@ -1,0 +1,168 @@
+"""Drivers and the devices they drive, face to face: no port, no thread, nothing in between."""
+
+import re
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hardware.emulators.device import Electronics
+from hardware.emulators.dynamixel import CURRENT_LIMIT
+from hardware.emulators.dynamixel import Dynamixel as DynamixelBus
+from hardware.emulators.feetech import Feetech as FeetechBus
+from hardware.emulators.scd30 import Scd30 as Part30
+from hardware.emulators.scd41 import Scd41 as Part41
+from hardware.emulators.scd41 import SensorBridge
+from hardware.links.mailbox import Mailbox
+from hardware.links.port import NoAnswer
+from hardware.noses.intake import Intake
+from hardware.noses.scd30 import INTERVAL, Scd30
+from hardware.noses.scd41 import Scd41
+from hardware.servos.dynamixel import Dynamixel
+from hardware.servos.feetech import Feetech
+from hardware.wire import modbus
+from oio.errors import OioError
+from oio.records import nanoseconds
+
+IDS = [1, 2, 3, 4, 5]
+
+
+class Beside:
+    """A wire as short as can be; `sent` is what the driver wrote."""
+
+    def __init__(self, device):
+        self.device, self.sent, self._said = device, [], b""
+
+    def write(self, data):
+        self.sent.append(data)
+        self._said += self.device.answer(data)
+
+    def read(self, timeout_s):
+        said, self._said = self._said, b""
+        if not said:
+            time.sleep(min(timeout_s, 0.001))
+        return said
+
+
+class Stepped:
+    """A clock that a test sets; a host's second is one of the world's."""
+
+    t_s = 0.0
+
+    def now_ns(self):
+        return nanoseconds(self.t_s)
+
+    def host_s(self, world_s):
+        return world_s
+
+
+@pytest.fixture
+def co2(monkeypatch):
+    """co2("scd30", sample_s): the driver, its wire, its clock and the mailbox."""
+
+    def make(name, sample_s):
+        clock, box = Stepped(), Mailbox(100)
+        electronics = Electronics(lambda element: 439.0, 40_000.0, set())
+        device = Part30(electronics, 2.0, set()) if name == "scd30" else SensorBridge(Part41(electronics, 5.0), set())
+        wire = Beside(device)
+        sleeping = SimpleNamespace(
+            sleep=lambda s: (setattr(clock, "t_s", clock.t_s + s), device.spoken(clock.t_s)), monotonic=time.monotonic
+        )
+        for module in (f"hardware.noses.{name}", "hardware.noses.pace"):
+            monkeypatch.setattr(f"{module}.time", sleeping)
+        made = Scd30 if name == "scd30" else Scd41
+        return made(Intake(box, 1, 40_000.0, 1000), clock, sample_s), wire, clock, box
+
+    return make
+
+
+@pytest.mark.parametrize(("name", "part_s"), [("scd30", 2.0), ("scd41", 5.0)])
+@pytest.mark.parametrize("fast", [False, True])
+def test_a_part_at_its_own_pace_is_never_taken_for_silent_nor_started_anew(co2, name, part_s, fast):
+    """Sampled as often as it has something new, and as often as the paper asks."""
+    nose, wire, clock, box = co2(name, 0.1 if fast else part_s)
+    nose.begin(wire)
+    begun = clock.t_s
+    while clock.t_s < begun + 60.0:
+        assert nose.turn(wire)  # resting is no silence
+        clock.t_s += 0.01
+        wire.device.spoken(clock.t_s)
+    assert len(box.gas) == pytest.approx(60.0 / part_s, abs=2)
+
+
+def test_a_rest_leaves_the_wire_alone(co2):
+    nose, wire, clock, box = co2("scd30", 2.0)
+    nose.begin(wire)
+    while not box.gas:
+        nose.turn(wire)
+        clock.t_s += 0.1
+        wire.device.spoken(clock.t_s)
+    asked = len(wire.sent)
+    assert nose.turn(wire) and len(wire.sent) == asked
+
+
+def test_flash_is_written_only_with_what_is_new(co2):
+    nose, wire, _, _ = co2("scd30", 4.0)
+    written = modbus.write_request(0x61, INTERVAL, 4)
+    nose.begin(wire)
+    nose.begin(wire)
+    assert wire.sent.count(written) == 1
+
+
+def servos(bus_of, driver):
+    """The driver, its wire, the devices' troubles; joints stay where they are."""
+    joints = SimpleNamespace(
+        count=5, angles=lambda: np.zeros(5), speeds=lambda: np.zeros(5), loads=lambda: np.zeros(5), steer=lambda joint, goal: None
+    )
+    trouble = set()
+    bus = driver()
+    wire = Beside(bus_of(joints, trouble))
+    bus.begin(wire, IDS)
+    return bus, wire, trouble
+
+
+def heated(wire, trouble):
+    trouble.add("hot")
+    for tick in range(1, 151):
+        wire.device.spoken(0.02 * tick)
+
+
+both = pytest.mark.parametrize(
+    ("bus_of", "driver", "said"),
+    [(FeetechBus, Feetech, "servo 2 reports overheating"), (DynamixelBus, Dynamixel, "servo 2 .*hardware error")],
+)
+
+
+@both
+def test_a_servo_that_complains_is_heard_and_not_taken_for_one_that_holds(bus_of, driver, said):
+    bus, wire, trouble = servos(bus_of, driver)
+    bus.torque(wire, IDS, True)
+    assert bus.feel(wire, IDS).complaint is None
+    heated(wire, trouble)
+    assert re.match(said, bus.feel(wire, IDS).complaint)
+    with pytest.raises(NoAnswer, match=said):
+        bus.torque(wire, IDS, True)
+    bus.torque(wire, IDS, False)  # it may always let go
+
+
+def test_servos_that_feel_no_load_are_refused():
+    bus, wire, _ = servos(DynamixelBus, Dynamixel)
+    wire.device._servos[3]._memory[CURRENT_LIMIT] = 0
+    with pytest.raises(OioError, match="servo 3 measures no current"):
+        bus.begin(wire, IDS)
+
+
+@pytest.mark.parametrize(("bus_of", "driver"), [(FeetechBus, Feetech), (DynamixelBus, Dynamixel)])
+def test_an_answer_that_was_lost_is_asked_for_again(bus_of, driver):
+    bus, wire, _ = servos(bus_of, driver)
+    answer, lost = wire.device.answer, [2]
+
+    def losing(data):
+        lost[0] -= 1
+        return b"" if lost[0] >= 0 else answer(data)
+
+    wire.device.answer = losing
+    assert bus.ping(wire, 4) is not None
+    lost[0] = 3
+    assert bus.ping(wire, 4) is None
