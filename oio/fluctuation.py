@@ -166,6 +166,9 @@ def filtered(rows: Array, at: NDArray[np.int64], steps: Array, variance: float, 
                 k * k * p11 + steps[step, 5],
             )
             step += 1
+        p00, p11 = max(p00, 0.0), max(p11, 0.0)  # gas supposed 1e8 times the noise leaves no digits to subtract
+        if p01 * p01 > p00 * p11:
+            p01 = np.copysign(np.sqrt(p00 * p11), p01)
         g = gain[i]
         s = g * g * p00 + white[i]
         k0, k1, root = g * p00 / s, g * p01 / s, np.sqrt(s)

@@ -66,6 +66,20 @@ def test_the_first_reading_is_where_the_lag_begins_and_tells_nothing_more():
     np.testing.assert_array_equal(whiten(rows, along, noise).rows, white)
 
 
+@pytest.mark.parametrize("decades", [8, 16, 100])
+def test_gas_supposed_beyond_all_digits_leaves_a_variance_and_a_likelihood(decades):
+    """A start far from the truth may suppose any concentration; NaN would win every comparison of likelihoods."""
+    rng = np.random.default_rng(decades)
+    for _ in range(100):
+        k = 100
+        dt = np.where(rng.random(k) < 0.1, 0.0, 10 ** rng.uniform(-6, 2, k))
+        field = Field(10 ** rng.uniform(-3, decades, k), np.ones(k), 10 ** rng.uniform(-3, 0, k), rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3)
+        along = Along(field, dt, np.full(k, 0.8), np.arange(k), np.ones(k), np.full(k, 0.1))
+        white = whiten(rng.standard_normal((k, 1)), along, Fluctuation(1.0, 0.3, 1.0))
+        assert np.all(white.expected_ppm2[1:] >= 0.1)
+        assert np.isfinite(white.minus_2_log_likelihood)
+
+
 def test_columns_do_not_meddle():
     along, noise, rows = along_of(20), Fluctuation(1.0, 0.3, 0.5), np.random.default_rng(3).standard_normal((10, 4))
     both = whiten(rows, along, noise).rows
