@@ -274,27 +274,27 @@ def test_gas_closes_by_itself_unless_it_is_asked_for_again(host: Path, elf: Path
         assert board.valves[-1][2] / 1e3 - last_ms == pytest.approx(HOLD_MS, abs=20)
 
 
-def test_v0_stays_closed_and_a_change_holds_anew(host: Path, elf: Path) -> None:
-    with powered(host, elf) as board:
+def test_v0_stays_closed_and_a_change_holds_anew(host: Path, built_firmware: Callable[[str], Path]) -> None:
+    with powered(host, built_firmware("-DVALVE_HOLD_MS=4000")) as board:
         first_ms = int(board.answer("V1")[2])
-        passed(board, first_ms + 6000)
+        passed(board, first_ms + 2500)
         last_ms = int(board.answer("V2")[2])
-        passed(board, first_ms + HOLD_MS + 1000)
+        passed(board, first_ms + 4200)
         assert changes(board) == [(1, 0), (0, 0), (0, 1)]
         board.answer("V0")
-        passed(board, last_ms + HOLD_MS + 1000)
+        passed(board, last_ms + 4200)
         assert changes(board) == [(1, 0), (0, 0), (0, 1), (0, 0)]
 
 
 def test_relays_that_switch_on_a_low_level(host: Path, built_firmware: Callable[[str], Path]) -> None:
-    with powered(host, built_firmware("-DRELAYS_LOW")) as board:
+    with powered(host, built_firmware("-DRELAYS_LOW -DVALVE_HOLD_MS=4000")) as board:
         assert changes(board)[-1] == (1, 1)
         board.valves.clear()
         for command in ("V1", "V1", "V2", "V0", "V2"):
             last_ms = int(board.answer(command)[2])
         board.until(lambda: len(board.valves) >= 6)
         assert changes(board) == [(0, 1), (1, 1), (1, 0), (1, 1), (1, 0), (1, 1)]
-        assert board.valves[-1][2] / 1e3 - last_ms == pytest.approx(HOLD_MS, abs=20)
+        assert board.valves[-1][2] / 1e3 - last_ms == pytest.approx(4000, abs=20)
 
 
 @pytest.mark.parametrize("flags", ["", "-DRELAYS_LOW"])

@@ -53,12 +53,12 @@ def schedule(emulators, seed):
     return run
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [2])  # an arm and a nose on a microcontroller
 def test_random_faults_neither_hang_nor_crash_nor_lose_a_sample(emulators, seed):
     schedule(emulators, seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3, 200))
+@pytest.mark.parametrize("seed", [seed for seed in range(200) if seed != 2])
 def test_two_hundred_random_schedules(emulators, seed):
     schedule(emulators, seed)

@@ -4,7 +4,9 @@
 
 #include <stdint.h>
 
+#ifndef VALVE_HOLD_MS
 #define VALVE_HOLD_MS 10000UL /* so long a command holds: ten beats of the host, after which it is taken for dead */
+#endif
 
 void valve_begin(void);
 void valve_open(char which);      /* '0' none, '1' the beacon, '2' the source */
