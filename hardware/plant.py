@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from hardware.backends.mujoco_sim import MujocoSim
 
 
-class Plant:
-    """Live. Time is counted in ticks of `sim.joint_period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in.
+STOP_RAD = math.radians(0.5)  # so near an end of its range a joint is at its stop
 
-    `feels`: `load` is wanted, which costs a tenth of a tick.
-    """
+
+class Plant:
+    """Live. Time is counted in ticks of `sim.joint_period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in."""
 
     _SAG_S = 1.0  # to sag into the servos and the free play
 
-    def __init__(self, sim: "MujocoSim", warned: list[str], feels: bool = False) -> None:
-        self._sim, self._warned, self._feels, self._ticks = sim, warned, feels, 0
+    def __init__(self, sim: "MujocoSim", warned: list[str]) -> None:
+        self._sim, self._warned, self._ticks = sim, warned, 0
         self._model, self.mjcf = sim.model()
         self._data = mujoco.MjData(self._model)
         self.tick_ns, self._substeps = nanoseconds(sim.joint_period_s), _substeps(sim.joint_period_s, self._model.opt.timestep)
@@ -48,6 +48,7 @@ class Plant:
         }
         self._open, self._ppm = "none", sim.background_ppm
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
+        self._hinges = np.array([self._model.joint(name).id for name in arm.names])
         self._servos = np.array([self._model.actuator(name).id for name in arm.names])
         self._nose_m, self._angles, self._ctrl = self._data.site("nose").xpos, self._data.qpos, self._data.ctrl  # views of the live data
         self._torque = np.zeros(arm.dof)
@@ -61,23 +62,17 @@ class Plant:
         self._data.time = 0.0
 
     def _step(self, count: int) -> None:
-        if self._feels:
-            self._torque = self._stepped(count)
-        else:
-            mujoco.mj_step(self._model, self._data, nstep=count)
+        """The servos' torque is the mean of the steps: after one of the set-point it goes from one end of their range to the other."""
+        self._torque = np.zeros(len(self._servos))
+        for _ in range(count):
+            mujoco.mj_step(self._model, self._data)
+            self._torque += self._data.actuator_force[self._servos]
+        self._torque /= count
         if self._warned:  # MuJoCo itself would go on, after bad numbers from the pose of the MJCF
             raise OioError(
                 f"the physics of {self._sim.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
                 f"Check masses, gains and timestep of the MJCF; a smaller timestep or arm.joint_speed may do."
             )
-
-    def _stepped(self, count: int) -> Array:
-        """The same steps; the servos' mean torque (n,): after a step of the set-point it goes from one end of their range to the other."""
-        torque = np.zeros(len(self._servos))
-        for _ in range(count):
-            mujoco.mj_step(self._model, self._data)
-            torque += self._data.actuator_force[self._servos]
-        return torque / count
 
     @property
     def t_ns(self) -> int:
@@ -123,6 +118,12 @@ class Plant:
         """Torque of the servos, the mean of the last tick, over what they can do (n,), -1 to 1; zero where the MJCF sets no limit."""
         limit = np.max(np.abs(self._model.actuator_forcerange[self._servos]), axis=1)
         return np.asarray(self._torque / np.where(limit > 0, limit, np.inf))
+
+    def at_stop(self) -> Array:
+        """Which joints (n,) stand at an end of their range."""
+        low, high = self._model.jnt_range[self._hinges].T
+        q = self._angles[self._joints]
+        return np.asarray(self._model.jnt_limited[self._hinges].astype(bool) & ((q < low + STOP_RAD) | (q > high - STOP_RAD)))
 
     def raw(self, element: int) -> float:
         """What the sensor's electronics put on the wire now."""

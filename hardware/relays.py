@@ -20,6 +20,7 @@ from oio.records import seconds
 COMMANDS = {"none": "V0", "beacon": "V1", "source": "V2"}
 NAME = "backend.valve line"
 BEAT_S = 1.0  # of the host, between two repetitions of the last command
+DEAF_S = 3.5  # without an answer to any of them: its port is opened anew, which resets an Arduino
 AGAIN_S = 0.2  # between two tries to open a port that went away
 CLOSE_S = 1.0  # at the end, when nobody shall wait
 JOIN_S = 10.0  # the longest that a beat may take: it may be opening ports
@@ -34,6 +35,7 @@ class Relays:
         self._wire: Wire | None = None
         self._told, self._away_s = COMMANDS["none"], math.nan  # the last command; since when the port has been away [s of the host]
         self._beaten_s = _awake_or_not_s()
+        self._answered_s = math.inf  # when it last said that it did as it was told [s of the host]
         self._news, self._error = deque[str](), list[BaseException]()
         self._lock, self._leave = threading.Lock(), threading.Event()  # of all above but the news
         self._heart = threading.Thread(target=self._beats, name=NAME, daemon=True)
@@ -94,16 +96,25 @@ class Relays:
             raise OioError(f"the computer was suspended or too busy for {silent_s:.0f} s, in which the valve closed the gas by itself.")
         try:
             wire = self._wire or self._opened()
-            fields = drained(wire, self._lines)
-            if away and any(each[:2] == ("ACK", self._told) for each in fields):
-                self._away_s = math.nan
-                self._news.append(f"{NAME}: did {self._told} again")
+            if any(each[:2] == ("ACK", self._told) for each in drained(wire, self._lines)):
+                self._answered_s = now_s
+                if away:
+                    self._away_s = math.nan
+                    self._news.append(f"{NAME}: did {self._told} again")
+            elif not away and now_s - self._answered_s > DEAF_S:
+                self._lose("does not answer")
+                return
             wire.write(line.command(self._told))
         except (Unplugged, BadInput):  # BadInput: the port is not there
-            self._close()
-            if not away:
-                self._away_s = time.monotonic()
-                self._news.append(f"{NAME}: its port went away")
+            if away:
+                self._close()
+            else:
+                self._lose("its port went away")
+
+    def _lose(self, why: str) -> None:
+        self._close()
+        self._away_s = time.monotonic()
+        self._news.append(f"{NAME}: {why}")
 
     def _tell(self, source: str, within_s: float, check: Callable[[], None]) -> None:
         self._told = command = COMMANDS[source]
@@ -112,7 +123,7 @@ class Relays:
             check()
             try:
                 acknowledged(self._wire or self._opened(), self._lines, command)
-                self._away_s, self._beaten_s = math.nan, _awake_or_not_s()
+                self._away_s, self._beaten_s, self._answered_s = math.nan, _awake_or_not_s(), _awake_or_not_s()
                 return
             except (NoAnswer, Unplugged, BadInput) as error:  # BadInput: the port is away
                 if not isinstance(error, NoAnswer):

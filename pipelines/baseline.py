@@ -7,9 +7,10 @@ import numpy as np
 from oio.bouts import Baseline as ElementBaseline
 from oio.bouts import baseline
 from oio.calibration import Baselines, Settled
+from oio.errors import NotSettled
 from oio.pipeline import Context
 from oio.protocols import Sensor
-from oio.records import GasReading, GasSample
+from oio.records import GasReading, GasSample, seconds
 from oio.settings import in_range, settings
 
 PRIOR_READINGS = 10  # the data sheet's noise counts as this many readings when the noise scale is estimated
@@ -22,13 +23,14 @@ class Baseline:
     needs: ClassVar[tuple[type, ...]] = (Settled,)
     sensor: Sensor
     samples: int  # per element
+    max_s: float  # then the stage gives up
 
     def check(self) -> None:
         """A standard deviation needs two."""
-        in_range(self, samples=(2, 10_000))
+        in_range(self, samples=(2, 10_000), max_s=(0.1, 1e6))
 
     def run(self, context: Context) -> Baselines:
-        """One baseline per element."""
+        """One baseline per element; raises NotSettled if one of them says nothing that can be used."""
         began = context.world.t_ns
         readings: list[list[GasReading]] = [[] for _ in range(self.sensor.elements)]
         while min(len(r) for r in readings) < self.samples:
@@ -36,6 +38,11 @@ class Baseline:
                 if isinstance(sample, GasSample) and len(readings[sample.element]) < self.samples:
                     readings[sample.element].append(self.sensor.reading(sample))
                     context.log.reading(readings[sample.element][-1])
+            if seconds(context.world.t_ns - began) > self.max_s:
+                raise NotSettled(
+                    f"only {' and '.join(str(len(r)) for r in readings)} readings of an element could be used in {self.max_s:g} s of clean "
+                    f"air, {self.samples} are needed: the sensor is stuck, stands at its upper rail, or says nothing."
+                )
         elements = tuple(self._element(r) for r in readings)
         means = ", ".join(f"{e.ppm:.2f}" for e in elements)
         context.log.progress(context.world.t_ns, "five readings per element", f"{means} ppm")

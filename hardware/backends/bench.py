@@ -16,7 +16,7 @@ from hardware.servos.standing import Standing
 from hardware.valves import SOURCES, Valve
 from oio import stopping
 from oio.errors import BadInput, OioError
-from oio.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds
+from oio.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds, seconds
 
 if TYPE_CHECKING:
     from hardware.backends.serial_port import SerialPort
@@ -61,10 +61,13 @@ class Bench:
         self._taken = {"gas": 0, "joints": 0}
 
     def move(self, q_rad: Array, over_s: float) -> float:
-        """Begin a smooth move to q_rad (n,). Raises what the guard refuses."""
+        """Begin a smooth move to q_rad (n,), when the arm is there. Raises what the guard refuses."""
         goal, n = np.array(q_rad, dtype=float), self._made.kinematics.dof
         if goal.shape != (n,) or not np.all(np.isfinite(goal)):
             raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
+        while self._arm is not None and self._arm.lost:  # nobody would go there; its error ends the waiting
+            self._watch()
+            time.sleep(LOOK_S)
         return self._mover.move(goal, over_s)
 
     def present(self, source: str) -> None:
@@ -161,7 +164,7 @@ class Bench:
         """Every frame and sample so far, how even the joints come, and how long a sniff takes from its last byte to the belief."""
         parts = [_of(device) for device in (self._nose, self._arm) if device is not None]
         if isinstance(self._mover, ServoArm):
-            parts.append(f"joints {self._mover.rhythm}")
+            parts.append(f"joints {self._mover.rhythm}, {self._mover.supply}")
         taken, waiting = self._taken, (len(self._mailbox.gas), len(self._mailbox.joints))
         parts.append(f"taken {taken['gas']} gas {taken['joints']} joints, waiting {waiting[0]} and {waiting[1]}")
         parts.append(f"late {self._late}, overflown {self._mailbox.lost}")
@@ -173,4 +176,4 @@ class Bench:
 
 def _of(device: Device) -> str:
     counts = ", ".join(f"{key} {value}" for key, value in sorted(device.driver.counts().items()))
-    return f"{device.driver.key} {device.driver.name}: {counts}, opened anew {device.reconnects}"
+    return f"{device.driver.key} {device.driver.name}: {counts}, opened anew {device.reconnects}, away {seconds(device.away_ns):.1f} s"

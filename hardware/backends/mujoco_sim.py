@@ -20,6 +20,8 @@ from oio.safety import HOST, NOSE, Guard, Safety
 from oio.seeds import Seeds
 from oio.settings import in_range, settings
 
+FELT_EVERY = 5  # control ticks: 0.1 s
+
 
 @settings
 class MujocoSim:
@@ -57,12 +59,12 @@ class MujocoSim:
                 bench.guard.stop("the run is over")
 
     @contextlib.contextmanager
-    def plant(self, feels: bool = False) -> Iterator[Plant]:
-        """Load the physics, place the sources, switch the sensor on; with `feels` it tells the servos' load."""
+    def plant(self) -> Iterator[Plant]:
+        """Load the physics, place the sources, switch the sensor on."""
         warned, before = list[str](), mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; raising in there would end the process
         try:
-            yield Plant(self, warned, feels)
+            yield Plant(self, warned)
         finally:
             mujoco.set_mju_user_warning(before)
 
@@ -114,6 +116,8 @@ class Bench:
         plant, until_ns = self._plant, self.t_ns + nanoseconds(for_s)
         while plant.t_ns + plant.tick_ns <= until_ns:
             plant.tick(self._set_point(seconds(plant.t_ns)))
+            if plant.ticks % FELT_EVERY == 0:
+                self._feel(seconds(plant.t_ns))
             yield self._joints.state(plant.t_ns, plant.encoders())
             due = plant.t_ns >= self._gas_due_ns
             if due or plant.ticks % self._sim.truth_every == 0:
@@ -126,6 +130,10 @@ class Bench:
     def _set_point(self, t_s: float) -> Array:
         self.guard.alive(t_s, HOST)  # time passes only while it asks
         return self.guard.set_point(t_s)
+
+    def _feel(self, t_s: float) -> None:
+        """At a stop nothing: the paper's encoders drift by degrees, and so push joints against their stops, as real ones do not."""
+        self.guard.feel(t_s, np.where(self._plant.at_stop(), np.nan, self._plant.load()))
 
     def _sniff(self) -> GasSample:
         sample = GasSample(self.t_ns, self._element, self._plant.raw(self._element))

@@ -41,7 +41,7 @@ def emulated(choice: Choice, sim: MujocoSim) -> Iterator[Emulated]:
     choice.refuse_another_sensor(sim)
     schedule = choice.schedule()
     _load(sim)
-    with sim.plant(feels=True) as plant, _folder(choice.out) as folder:
+    with sim.plant() as plant, _folder(choice.out) as folder:
         lab, agenda = Lab(plant, sim.arm, choice.speed), Agenda()
         served = {
             name: Served(device, Port(folder / name), trouble, agenda, choice.speed, sim.seeds.rng("disturbance", f"wire {name}"))

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
+from hardware.emulators.device import Trouble
+
 TICK_S = 2e-6  # of a return delay register, with either maker
 
 
@@ -16,6 +18,10 @@ class Servo(Protocol):
 
     def tick(self, t_s: float) -> None:
         """Until t_s."""
+        ...
+
+    def powered(self) -> None:
+        """Its supply failed and is back: it holds nothing."""
         ...
 
     def obey(self, instruction: int, params: bytes) -> bytes:
@@ -32,12 +38,12 @@ class Servo(Protocol):
 
 
 class Bus:
-    """All of them; a maker's class gives `answer`."""
+    """All of them; a maker's class gives `_answer`."""
 
     baud, boots_when_opened = 1_000_000, False
 
-    def __init__(self, servos: Mapping[int, Servo]) -> None:
-        self.pause_s, self._servos = 0.0, servos
+    def __init__(self, servos: Mapping[int, Servo], trouble: Trouble) -> None:
+        self.pause_s, self._servos, self._trouble = 0.0, servos, trouble
 
     def powered(self, t_s: float) -> None:
         """The plug is the adapter's; servos have a supply of their own."""
@@ -45,8 +51,18 @@ class Bus:
     def spoken(self, t_s: float) -> bytes:
         """They never speak unasked."""
         for servo in self._servos.values():
+            if "brownout" in self._trouble:
+                servo.powered()
             servo.tick(t_s)
         return b""
+
+    def answer(self, data: bytes) -> bytes:
+        """Status packets, one after the other."""
+        self.pause_s = 0.0
+        return b"" if "brownout" in self._trouble else self._answer(data)
+
+    def _answer(self, data: bytes) -> bytes:
+        raise NotImplementedError
 
     def _one(self, id: int, instruction: int, params: bytes) -> bytes:
         servo = self._servos.get(id)

@@ -54,6 +54,13 @@ class Servo:
                 self._memory[dxl.TORQUE_ENABLE] = 0
                 self._motor.let_go()
 
+    def powered(self) -> None:
+        """Limp, and its goal is where it is."""
+        self._sense()
+        self._memory[dxl.TORQUE_ENABLE] = 0
+        self._memory[dxl.GOAL_POSITION] = self._memory[dxl.PRESENT_POSITION]
+        self._motor.let_go()
+
     def obey(self, instruction: int, params: bytes) -> bytes:
         """Its status packet."""
         if "nack" in self._trouble:
@@ -133,12 +140,10 @@ class Dynamixel(Bus):
     """All of them."""
 
     def __init__(self, joints: Joints, trouble: Trouble) -> None:
-        super().__init__({i + 1: Servo(i + 1, Motor(joints, i, trouble), trouble) for i in range(joints.count)})
+        super().__init__({i + 1: Servo(i + 1, Motor(joints, i, trouble), trouble) for i in range(joints.count)}, trouble)
         self._packets = dxl.Packets()
 
-    def answer(self, data: bytes) -> bytes:
-        """Status packets, one after the other."""
-        self.pause_s = 0.0
+    def _answer(self, data: bytes) -> bytes:
         return b"".join(self._obey(packet) for packet in self._packets.feed(data))
 
     def _obey(self, packet: dxl.Packet) -> bytes:

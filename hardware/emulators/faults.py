@@ -10,9 +10,9 @@ import numpy as np
 from oio.errors import BadInput
 
 WIRE = {
-    "noise": "random bytes, alone and within what it says",
-    "cut": "what it says is cut short",
-    "checksum": "one bit of what it says is turned",
+    "noise": "random bytes, alone and within what it says and hears",
+    "cut": "what it says and hears is cut short",
+    "checksum": "one bit of what it says and hears is turned",
     "busy": "it hears nothing and says nothing",
     "unplug": "its port goes away, and comes back under the same name; a nose has lost its settings then, a valve is closed",
 }
@@ -26,6 +26,7 @@ ARM = {
     "stuck": "positions repeat",
     "saturated": "loads are at their most",
     "nack": "it refuses whatever it is asked",
+    "brownout": "its supply fails: it is silent meanwhile, and limp from then on",
     "hot": "the second servo heats up past its limit, and lets go",
 }
 EXAMPLE = "faults=nose.unplug@20:3+arm.noise@31"

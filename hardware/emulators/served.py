@@ -51,6 +51,7 @@ class Served:
         """Bytes came in. The answer is made at once and waits: to wake up twice would cost a busy host more than it is worth."""
         data = self.port.read()
         if data and "busy" not in self.trouble:
+            data = spoilt(data, self.trouble, self._rng)
             self._heard_s = max(self._heard_s, now_s) + self._wire_s(data)
             answer = self._device.answer(data)
             self._say(answer, self._heard_s + self._device.pause_s / self._speed)

@@ -9,7 +9,7 @@ from hardware.links.find import found
 from hardware.links.mailbox import Mailbox
 from hardware.links.port import Gone, NoAnswer, Unplugged, Wire, opened
 from oio.errors import OioError
-from oio.records import nanoseconds
+from oio.records import nanoseconds, seconds
 from oio.settings import in_range, settings
 
 Counts = Counter[str]
@@ -67,17 +67,22 @@ class Device(threading.Thread):
         self.news: list[tuple[str, str]] = []
         self.error: BaseException | None = None
         self.reconnects = 0
-        self.away_ns = 0
+        self.away_ns = 0  # all the time without a word from it, since its first
+        self._heard_ns = 0
         self._wire: Wire | None = None
+        self.lost = False  # until it says something again
         self._leave, self.ready = threading.Event(), threading.Event()
 
     def run(self) -> None:
         """Until `leave`, or until the device stayed away too long."""
         try:
             self._lasting(self._patience.first_s)
+            self._heard_ns = self._clock.now_ns()
             while not self._leave.is_set():
-                self._talk()
-                self._lasting(self._patience.away_s)
+                why = self._talk()
+                if why and not self._leave.is_set():
+                    self._lose(why)
+                    self._lasting(self._patience.away_s)
         except BaseException as error:  # nothing dies unseen in a thread: the world raises it
             self.error = error
         finally:
@@ -98,7 +103,6 @@ class Device(threading.Thread):
         while not self._leave.is_set():
             try:
                 self._open()
-                self.away_ns += self._clock.now_ns() - began_ns if self.ready.is_set() else 0
                 self.ready.set()
                 return
             except (Unplugged, NoAnswer) as error:
@@ -125,22 +129,32 @@ class Device(threading.Thread):
             raise Unplugged("the port may not be opened") from None
         self.driver.begin(self._wire)
 
-    def _talk(self) -> None:
-        """Rounds, until the port is gone or the device has been silent for too long."""
+    def _talk(self) -> str:
+        """Rounds, until the port is gone or the device has been silent for too long: why. Raises Gone if it does not help to open it."""
         assert self._wire is not None
-        heard_ns = self._clock.now_ns()
+        opened_ns, why = self._clock.now_ns(), "silent"
         while not self._leave.is_set():
             try:
                 if self.driver.turn(self._wire):
-                    heard_ns = self._clock.now_ns()
-            except NoAnswer:
-                pass  # the driver counts it; silence that lasts ends below
+                    self._hear()
+            except NoAnswer as error:
+                why = str(error) or why  # the driver counts it; silence that lasts ends below
             except Unplugged as error:
-                self._lose(str(error))
-                return
-            if self._clock.now_ns() - heard_ns > nanoseconds(self._patience.silent_s):
-                self._lose("silent")
-                return
+                return str(error)
+            now_ns = self._clock.now_ns()
+            if now_ns - self._heard_ns > nanoseconds(self._patience.away_s + self._patience.silent_s):
+                raise Gone(self._complaint(why, self._patience.away_s))
+            if now_ns - max(self._heard_ns, opened_ns) > nanoseconds(self._patience.silent_s):
+                return why
+        return ""
+
+    def _hear(self) -> None:
+        silent_ns = self._clock.now_ns() - self._heard_ns
+        self._heard_ns += silent_ns
+        if self.lost:
+            self.lost = False
+            self.away_ns += silent_ns
+            self.news.append(("gap", f"{self.driver.key} {self.driver.name}: back after {seconds(silent_ns):.1f} s"))
 
     def _say_goodbye(self) -> None:
         try:
@@ -151,7 +165,8 @@ class Device(threading.Thread):
 
     def _lose(self, why: str) -> None:
         self.reconnects += 1
-        self.news.append(("gap", f"{self.driver.key} {self.driver.name}: {why}; opened anew"))
+        self.lost = True
+        self.news.append(("gap", f"{self.driver.key} {self.driver.name}: {why}; its port is opened anew"))
         self._close()
 
     def _close(self) -> None:

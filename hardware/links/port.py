@@ -2,7 +2,9 @@
 
 import contextlib
 import errno
+import fcntl
 import select
+import termios
 from typing import Protocol
 
 import serial
@@ -42,6 +44,8 @@ class SerialWire:
     def __init__(self, path: str, baud: int) -> None:
         self._serial = serial.Serial(path, baud, timeout=0, write_timeout=WRITE_S, exclusive=True)
         self._fd = self._serial.fileno()
+        with contextlib.suppress(OSError):  # pyserial's own lock is one that others may overlook
+            fcntl.ioctl(self._fd, termios.TIOCEXCL)
         with contextlib.suppress(OSError, ValueError, NotImplementedError, AttributeError):
             self._serial.set_low_latency_mode(True)  # else an FTDI chip keeps short answers for 16 ms
         self._serial.reset_input_buffer()  # what was said before belongs to nobody
@@ -67,6 +71,8 @@ class SerialWire:
 
     def close(self) -> None:
         """See `Wire`."""
+        with contextlib.suppress(OSError, ValueError, TypeError, serial.SerialException):
+            fcntl.ioctl(self._fd, termios.TIOCNXCL)
         with contextlib.suppress(OSError, ValueError, TypeError, serial.SerialException):
             self._serial.close()
 

@@ -10,9 +10,11 @@ from hardware.links.port import NoAnswer, Wire
 from hardware.noses.intake import Intake
 from hardware.wire import line
 from oio.errors import BadInput
+from oio.records import nanoseconds
 
 INSIST_S = 1.5  # on a command
 TURN_S = 0.1
+SILENT = 1.5  # periods without a sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class Line:
         self._intake, self._clock, self._device = intake, clock, DeviceClock()
         self._period_ms, self._sentence, self._names = round(1e3 * sample_s), sentence, sentence.elements
         self._at = {name: 1 + i for i, name in enumerate(sentence.columns)}
-        self._lines, self._bad, self._last_ms, self._lost = line.Lines(), 0, -1, 0
+        self._lines, self._bad, self._last_ms, self._lost, self._heard_ns = line.Lines(), 0, -1, 0, clock.now_ns()
 
     def knock(self, wire: Wire) -> str | None:
         """Its name, version and bits."""
@@ -52,16 +54,21 @@ class Line:
                 f"Type sensor.adc_bits={who[4][:8]}, or flash another firmware."
             )
         acknowledged(wire, self._lines, f"P{self._period_ms}", INSIST_S)
-        self._last_ms = -1
+        self._last_ms, self._heard_ns = -1, self._clock.now_ns()
 
     def turn(self, wire: Wire) -> bool:
-        """What came in."""
+        """What came in; noise and other talkers are no sign of life."""
         data = wire.read(TURN_S)
         arrived_ns = self._clock.now_ns()
-        for fields in self._lines.feed(data):
-            if fields[0] == self._sentence.talker:
-                self._frame(wire, fields, arrived_ns)
-        return bool(data)
+        said, ours = self._lines.feed(data), self._sentence.talker
+        frames = [fields for fields in said if fields[0] == ours]
+        for fields in frames:
+            self._frame(wire, fields, arrived_ns)
+        self._heard_ns = arrived_ns if frames else self._heard_ns
+        silent = arrived_ns - self._heard_ns > nanoseconds(SILENT * 1e-3 * self._period_ms)
+        if silent and (others := {fields[0] for fields in said} - {ours, "ACK", "NAK"}):
+            raise NoAnswer(f"it says ${min(others)[:8]}, but backend.nose.talker is {ours}")
+        return not silent
 
     def end(self, wire: Wire) -> None:
         """It goes on: heaters and bias stay on."""

@@ -60,7 +60,7 @@ class Scd30:
             self._lost += 1
             raise
         self._pace.new(asked_ns)
-        if ppm > 0.0:  # 0 is said before the first measurement
+        if ppm != 0.0:  # which is said before the first measurement
             self._intake.put(asked_ns, 0, ppm, self._clock.now_ns())
         return True
 

@@ -13,7 +13,7 @@ from hardware.links.mailbox import Arrived, Mailbox
 from hardware.links.port import NoAnswer, Wire
 from hardware.servos import ArmPort
 from hardware.servos.astray import Astray
-from hardware.servos.bus import Felt
+from hardware.servos.bus import Felt, Positions
 from hardware.servos.differences import Differences
 from hardware.servos.rhythm import Rhythm
 from oio.arm import Arm
@@ -45,7 +45,8 @@ class ServoArm:
         self._locked = np.array(arm.home_rad[arm.dof :])
         self._lock, self._guard = threading.Lock(), Guard(self._all, safety, port.period_s, arm.dof)
         self._differences, self.rhythm, self._rounds, self._begun = Differences(), Rhythm(), 0, False
-        self._temperature, self._due_ns, self._lost, self._led = np.zeros(len(self._ids)), 0, 0, self._all.home
+        self._temperature, self._due_ns, self._lost, self._led = np.full(len(self._ids), np.nan), 0, 0, self._all.home
+        self._volts = np.full(len(self._ids), np.nan)
         self._complaints = 0
         self._rests: Array | None = None  # where it holds itself after it met something: it does not go on pressing
 
@@ -74,21 +75,24 @@ class ServoArm:
             elif strayed:
                 self._rests = q  # what is held stays held, but where it is now
         self._lead(wire)
-        self._bus.torque(wire, self._ids, True)  # only now: an old goal would make it jump
+        for servo, count in zip(self._ids, self._goals(), strict=True):  # nobody has said that it came, and an old goal would make it jump
+            if (goal := self._bus.health(wire, servo).goal) != count:
+                raise NoAnswer(f"servo {servo} was given the goal {count}, but has {goal}: see the limits in its memory")
+        self._bus.torque(wire, self._ids, True)
 
     def turn(self, wire: Wire) -> bool:
         """Where it is, where it shall go; now and then how hot it is."""
         wait_s = self._clock.host_s(seconds(self._due_ns - self._clock.now_ns()))
         if wait_s > 0:
             time.sleep(min(wait_s, REST_S))
-            return True
+            return False
         self._due_ns = max(self._due_ns, self._clock.now_ns() - self._period_ns) + self._period_ns
         try:
             asked_ns = self._clock.now_ns()
             felt = self._bus.feel(wire, self._ids)
             arrived_ns = self._clock.now_ns()
             self._tell(felt, (asked_ns + arrived_ns) // 2, arrived_ns)
-            self._look_after(wire)
+            self._look_after(wire, felt)
         except NoAnswer:
             self._lost += 1
             raise
@@ -128,6 +132,13 @@ class ServoArm:
             self._guard.stop(why)
 
     @property
+    def supply(self) -> str:
+        """The lowest voltage and the highest temperature of those that were asked."""
+        if np.all(np.isnan(self._volts)):
+            return "not asked yet"
+        return f"{np.nanmin(self._volts):.1f} V, {np.nanmax(self._temperature):.0f} degC"
+
+    @property
     def held(self) -> str | None:
         """Why it stands still for good, if it does."""
         with self._lock:
@@ -157,13 +168,16 @@ class ServoArm:
             self._guard.feel(t_s, felt.load, self._temperature)
             if met is not None:
                 self._guard.stop(met)
-            if went and self._guard.held is not None and self._all.inside(q):
-                self._rests = q
+            if went and self._guard.held is not None:
+                self._rests = np.clip(q, self._all.low_rad, self._all.high_rad)
 
-    def _look_after(self, wire: Wire) -> None:
+    def _look_after(self, wire: Wire, felt: Felt) -> None:
         if self._rounds % HEALTH_EVERY == 0:
             i = (self._rounds // HEALTH_EVERY) % len(self._ids)
-            self._temperature[i] = self._bus.health(wire, self._ids[i])[0]
+            health = self._bus.health(wire, self._ids[i])
+            self._temperature[i], self._volts[i] = health.temperature_degc, health.voltage
+            if not health.holds:
+                self.stop(felt.complaint or f"servo {self._ids[i]} has let go, as one does whose supply failed for a moment")
 
     def _lead(self, wire: Wire) -> None:
         with self._lock:
@@ -172,7 +186,10 @@ class ServoArm:
             if self._clock.slept_s > SLEPT_S:
                 self._guard.stop("the computer was suspended")
             self._led = self._guard.set_point(self._now_s()) if self._rests is None else self._rests
-        self._bus.goals(wire, self._ids, self._homing.counts(self._led, self._bus.counts_per_turn))
+        self._bus.goals(wire, self._ids, self._goals())
+
+    def _goals(self) -> Positions:
+        return self._homing.counts(self._led, self._bus.counts_per_turn)
 
     def _refuse_outside(self, q: Array) -> None:
         if not self._all.inside(q):

@@ -27,6 +27,16 @@ class Felt:
     complaint: str | None
 
 
+@dataclass(frozen=True, slots=True)
+class Health:
+    """One servo: whether it holds, the goal it was given last [counts], its supply and its case."""
+
+    holds: bool
+    goal: int
+    voltage: float
+    temperature_degc: float
+
+
 class Bus(Protocol):
     """Servos at one wire. Everything raises Unplugged or NoAnswer."""
 
@@ -55,8 +65,8 @@ class Bus(Protocol):
         """Hold, or let go. Raises NoAnswer for a servo that refuses to hold."""
         ...
 
-    def health(self, wire: Wire, servo: int) -> tuple[float, float]:
-        """Temperature [degC] and voltage [V] of one."""
+    def health(self, wire: Wire, servo: int) -> Health:
+        """How one of them is."""
         ...
 
     def framer(self) -> Framer[Any]:

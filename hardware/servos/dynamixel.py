@@ -5,13 +5,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hardware.links.port import NoAnswer, Wire
-from hardware.servos.bus import Felt, Positions, answer, answers
+from hardware.servos.bus import Felt, Health, Positions, answer, answers
 from hardware.wire import dynamixel
 from oio.errors import OioError
 
 LIMIT = dynamixel.Register(38, 2)  # of the current, in the unit of PRESENT_CURRENT
 PRESENT = dynamixel.Register(dynamixel.PRESENT_CURRENT.address, 10)  # current, velocity, position
-HEALTH = dynamixel.Register(dynamixel.PRESENT_VOLTAGE.address, 3)  # voltage, temperature
+HEALTH = dynamixel.Register(dynamixel.TORQUE_ENABLE.address, 83)  # torque, goal, voltage, temperature
 POSITION_MODE = 3
 STATUS = 0x55
 
@@ -66,10 +66,11 @@ class Dynamixel:
             if on and packet.error:
                 raise NoAnswer(_complaint(packet) or f"servo {servo} refuses to hold with error {packet.error}")
 
-    def health(self, wire: Wire, servo: int) -> tuple[float, float]:
+    def health(self, wire: Wire, servo: int) -> Health:
         """See `Bus`."""
         data = answers(wire, dynamixel.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
-        return float(data[2]), 0.1 * int.from_bytes(data[:2], "little")
+        voltage, temperature = (_at(data, r) for r in (dynamixel.PRESENT_VOLTAGE, dynamixel.PRESENT_TEMPERATURE))
+        return Health(data[0] == 1, _at(data, dynamixel.GOAL_POSITION), 0.1 * voltage, float(temperature))
 
     def _read(self, wire: Wire, servo: int, register: dynamixel.Register) -> bytes:
         return answer(wire, dynamixel.read(servo, *register), self._packets, servo, _of(register.length)).params
@@ -81,6 +82,11 @@ class Dynamixel:
     @staticmethod
     def _number(data: bytes) -> int:
         return int.from_bytes(data, "little")
+
+
+def _at(health: bytes, register: dynamixel.Register) -> int:
+    begin = register.address - HEALTH.address
+    return int.from_bytes(health[begin : begin + register.length], "little", signed=True)
 
 
 def _complaint(packet: dynamixel.Packet) -> str | None:

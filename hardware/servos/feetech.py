@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hardware.links.port import NoAnswer, Wire
-from hardware.servos.bus import Felt, Positions, answer, answers
+from hardware.servos.bus import Felt, Health, Positions, answer, answers
 from hardware.wire import sts
 
 PRESENT = sts.Register(sts.PRESENT_POSITION.address, 6)  # position, velocity, load
-HEALTH = sts.Register(sts.PRESENT_VOLTAGE.address, 2)  # voltage, temperature
+HEALTH = sts.Register(sts.TORQUE_ENABLE.address, 24)  # torque, goal, voltage, temperature
 MODELS = {sts.STS3215_MODEL: "STS3215"}
 POSITION_MODE = 0
 COMPLAINTS = {
@@ -74,10 +74,11 @@ class Feetech:
             if on and said:
                 raise NoAnswer(said)
 
-    def health(self, wire: Wire, servo: int) -> tuple[float, float]:
+    def health(self, wire: Wire, servo: int) -> Health:
         """See `Bus`."""
-        voltage, temperature = answers(wire, sts.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
-        return float(temperature), 0.1 * voltage
+        data = answers(wire, sts.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
+        goal, voltage, temperature = (_at(data, r) for r in (sts.GOAL_POSITION, sts.PRESENT_VOLTAGE, sts.PRESENT_TEMPERATURE))
+        return Health(data[0] == 1, sts.signed(goal, SIGN_POSITION), 0.1 * voltage, float(temperature))
 
     def _read(self, wire: Wire, servo: int, register: sts.Register) -> bytes:
         return answer(wire, sts.read(servo, *register), self._packets, servo, _of(register.length)).params
@@ -89,6 +90,11 @@ class Feetech:
     @staticmethod
     def _number(data: bytes) -> int:
         return int.from_bytes(data, "little")
+
+
+def _at(health: bytes, register: sts.Register) -> int:
+    begin = register.address - HEALTH.address
+    return int.from_bytes(health[begin : begin + register.length], "little")
 
 
 def _complaint(packet: sts.Packet) -> str | None:

@@ -2,6 +2,7 @@
 
 import re
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,9 +20,11 @@ from hardware.links.port import NoAnswer
 from hardware.noses.intake import Intake
 from hardware.noses.scd30 import INTERVAL, Scd30
 from hardware.noses.scd41 import Scd41
+from hardware.servos import BUSES, ArmPort
+from hardware.servos.arm import ServoArm
 from hardware.servos.dynamixel import Dynamixel
 from hardware.servos.feetech import Feetech
-from hardware.wire import modbus
+from hardware.wire import dynamixel, modbus, sts
 from oio.errors import OioError
 from oio.records import nanoseconds
 
@@ -48,7 +51,7 @@ class Beside:
 class Stepped:
     """A clock that a test sets; a host's second is one of the world's."""
 
-    t_s = 0.0
+    t_s = slept_s = 0.0
 
     def now_ns(self):
         return nanoseconds(self.t_s)
@@ -120,6 +123,52 @@ def servos(bus_of, driver):
     wire = Beside(bus_of(joints, trouble))
     bus.begin(wire, IDS)
     return bus, wire, trouble
+
+
+@pytest.mark.parametrize(("bus_of", "driver"), [(FeetechBus, Feetech), (DynamixelBus, Dynamixel)])
+def test_health_is_torque_goal_supply_and_case(bus_of, driver):
+    bus, wire, _ = servos(bus_of, driver)
+    counts = np.array([2048, 1500, 3000, 0, 4095])
+    bus.goals(wire, IDS, counts)
+    assert [bus.health(wire, servo).goal for servo in IDS] == counts.tolist() and not bus.health(wire, 2).holds
+    bus.torque(wire, IDS, True)
+    health = bus.health(wire, 2)
+    assert health.holds and health.voltage == pytest.approx(7.4 if driver is Feetech else 12.0) and health.temperature_degc == 30.0
+
+
+@pytest.mark.parametrize(
+    ("bus_of", "driver", "heads"), [(FeetechBus, Feetech, (4, sts.SYNC_WRITE)), (DynamixelBus, Dynamixel, (7, dynamixel.SYNC_WRITE))]
+)
+def test_an_old_goal_never_makes_an_arm_jump(built, monkeypatch, bus_of, driver, heads):
+    """The frame with the goals is lost; those of the program before would be 60 degrees away."""
+    bus, wire, _ = servos(bus_of, driver)
+    steered = []
+    for servo in wire.device._servos.values():
+        servo._motor._joints.steer = lambda joint, goal: steered.append((joint, goal))
+    bus.goals(wire, IDS, np.full(5, 2048 + 700))
+    answer, lost = wire.device.answer, [True]
+    wire.device.answer = lambda data: b"" if lost[0] and data[heads[0]] == heads[1] else answer(data)
+    monkeypatch.setitem(BUSES, "feetech", lambda: bus)
+    port = ArmPort(driver="feetech", port="/dev/null", period_s=0.008, astray_deg=10.0, astray_s=0.2, release=False)
+    flat = replace(built("arm"), home_rad=(0.0,) * 5, box_low_m=(-9.0,) * 3, box_high_m=(9.0,) * 3)
+    arm = ServoArm(port, flat, built("safety"), Mailbox(9), Stepped())
+    with pytest.raises(NoAnswer, match="servo 1 was given the goal 2048, but has 2748"):
+        arm.begin(wire)
+    assert steered == [] and not bus.health(wire, 1).holds
+    lost[0] = False
+    arm.begin(wire)
+    assert bus.health(wire, 5).holds and all(goal == 0.0 for _, goal in steered)
+
+
+def test_no_number_from_an_scd30_is_counted(co2, monkeypatch):
+    nose, wire, clock, box = co2("scd30", 2.0)
+    nose.begin(wire)
+    monkeypatch.setattr("hardware.noses.scd30.modbus.floats", lambda words: (float("nan"),))
+    while clock.t_s < 9.0:
+        nose.turn(wire)
+        clock.t_s += 0.1
+        wire.device.spoken(clock.t_s)
+    assert nose.counts()["not a number"] >= 3 and not box.gas
 
 
 def heated(wire, trouble):

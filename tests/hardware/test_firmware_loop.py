@@ -109,7 +109,7 @@ def rooms(host: Path, elf: Path, tmp_path: Path, composed: Any, built: Any) -> C
     def made(speed: float, arm: bool) -> Iterator[Room]:
         sim: MujocoSim = built("backend", *SENSOR)
         with contextlib.ExitStack() as stack:
-            plant = stack.enter_context(sim.plant(feels=arm))
+            plant = stack.enter_context(sim.plant())
             lab = Wired(plant, sim.arm, speed)
             nose, *others = [Board(host, elf, speed) for _ in range(1 + arm)]
             for board in (nose, *others):

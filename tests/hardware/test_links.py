@@ -1,7 +1,9 @@
 """Clocks, mailbox, ports, and a device thread that loses its port and finds it again."""
 
 import contextlib
+import fcntl
 import os
+import re
 import select
 import threading
 import time
@@ -24,6 +26,7 @@ from hardware.wire.line import Lines, sentence
 from oio.errors import BadInput, OioError
 from oio.records import SECOND_NS, GasSample
 
+TIOCGEXCL = 0x80045440  # Linux: whether a terminal is exclusive
 PATIENCE = Patience(first_s=1.0, silent_s=0.3, away_s=2.0, backoff_s=0.02, backoff_most_s=0.1)
 
 
@@ -158,6 +161,18 @@ def test_a_port_is_opened_by_one_program_alone(pty):
         opened(path, 115200, "backend.nose.port")
     first.close()
     opened(path, 115200, "backend.nose.port").close()
+
+
+def test_nor_can_a_program_open_it_that_asks_for_no_lock(pty):
+    """As most do. Root may; so the flag is asked for where the tests run as root."""
+    _, path = pty()
+    wire = opened(path, 115200, "backend.nose.port")
+    held = fcntl.ioctl(wire._fd, TIOCGEXCL, b"\0" * 4)
+    assert int.from_bytes(held, "little") == 1
+    if os.geteuid() != 0:
+        with pytest.raises(OSError, match="busy"):
+            os.open(path, os.O_RDWR | os.O_NOCTTY)
+    wire.close()
 
 
 def test_a_port_that_is_torn_out_is_unplugged_and_not_an_exception_of_the_system(pty):
@@ -324,6 +339,25 @@ def test_a_device_that_falls_silent_is_opened_anew(bench):
     heard = device.driver.heard
     until(lambda: device.driver.heard > heard)
     assert device.error is None
+
+
+def test_a_device_that_says_nothing_however_often_it_is_opened_ends_too(bench):
+    there, device = bench
+    until(lambda: device.driver.heard > 3)
+    there.deaf = True
+    until(lambda: device.error is not None, 8.0)
+    assert "did not answer for 2 s (silent)" in str(device.error) and device.reconnects >= 2
+
+
+def test_how_long_it_was_away_is_told(bench):
+    there, device = bench
+    until(lambda: device.driver.heard > 3)
+    there.unplug()
+    time.sleep(0.5)
+    there.plug()
+    until(lambda: len(device.news) > 1)
+    back = re.fullmatch(r"backend\.nose echo: back after (\d\.\d) s", device.news[1][1])
+    assert 0.4 <= float(back[1]) <= 2.0 and device.away_ns >= 0.5 * SECOND_NS
 
 
 def test_a_device_that_stays_away_ends_with_a_clear_word(bench):

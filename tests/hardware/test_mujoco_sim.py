@@ -274,6 +274,22 @@ def test_whoever_stops_the_run_stops_the_arm(sim):
         opened[0].move(sim(3).arm.home, 1.0)
 
 
+def test_an_arm_that_strains_for_long_is_held_but_not_one_at_its_stop(sim):
+    """The guard feels the simulated servos; where drifting encoders push a joint against its stop it feels nothing."""
+    strained = replace(sim(5), safety=replace(sim(5).safety, load=0.05, load_s=0.1))
+    with strained.open() as world:
+        list(world.samples(2.0))
+        with pytest.raises(OioError, match="more than 5 % of its torque"):
+            world.move(strained.arm.home, 1.0)
+    with sim(5).open() as world:
+        beyond = sim(5).arm.home + np.array([math.radians(120.0), 0.0, 0.0, 0.0, 0.0])
+        for _ in range(300):
+            world._plant.tick(beyond)
+            world._feel(seconds(world.t_ns))
+        assert world._plant.at_stop().tolist() == [True, False, False, False, False]
+        assert world._plant.load()[0] > 0.9 and world.guard.held is None
+
+
 def test_a_goal_that_is_changed_afterwards_changes_no_move(sim):
     bench = sim(3)
     goal = bench.arm.home + 0.1

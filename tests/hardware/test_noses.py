@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from hardware.links.mailbox import Mailbox
-from hardware.links.port import Unplugged
+from hardware.links.port import NoAnswer, Unplugged
 from hardware.noses import NEVER, NosePort, _noisy
 from hardware.noses.intake import Intake
 from hardware.noses.line import Line, Sentence
@@ -86,6 +86,19 @@ def test_a_sentence_whose_checksum_is_right_but_not_its_fields_is_counted(intake
     nose.turn(wire)
     assert [a.sample.raw for a in box.gas] == [1.0]
     assert (nose.counts()["good"], nose.counts()["corrupt"]) == (3, 1)
+
+
+def test_noise_and_other_talkers_are_no_sign_of_life(intake):
+    taken, _ = intake
+    clock, said = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0), [b""]
+    wire = SimpleNamespace(read=lambda within_s: said[0], write=lambda data: None)
+    nose = Line(taken, clock, Sentence("NOSE", PORT["columns"], "AB", 10), 0.5)
+    for data, t_s, alive in ((sentence("NOSE", "500", "A", "1", "2"), 0.5, True), (b"", 1.0, True), (b"\xff$*x\n", 1.3, False)):
+        said[0], clock.t_ns = data, round(t_s * SECOND_NS)
+        assert nose.turn(wire) is alive
+    said[0] = sentence("MOX", "1500", "A", "1", "2")
+    with pytest.raises(NoAnswer, match=r"it says \$MOX, but backend\.nose\.talker is NOSE"):
+        nose.turn(wire)
 
 
 @pytest.mark.parametrize(

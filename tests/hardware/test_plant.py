@@ -58,7 +58,7 @@ def test_encoders_are_the_fine_angle_in_whole_counts(sim):
 
 def test_a_still_arm_carries_itself_and_a_pushed_one_is_at_its_most(sim):
     sim = sim(5)
-    with sim.plant(feels=True) as plant:
+    with sim.plant() as plant:
         for _ in range(50):
             plant.tick(sim.arm.home)
         assert 0.05 < np.max(np.abs(plant.load())) < 0.9
@@ -70,7 +70,7 @@ def test_a_still_arm_carries_itself_and_a_pushed_one_is_at_its_most(sim):
 def test_a_smooth_move_strains_nobody(sim):
     """What the servos do within a tick, from one end of their range to the other, is not what they carry."""
     sim = sim(5)
-    with sim.plant(feels=True) as plant:
+    with sim.plant() as plant:
         loads = []
         for set_point in set_points(sim, sim.arm.home + 0.3, 1.5, 75):
             plant.tick(set_point)
@@ -78,17 +78,9 @@ def test_a_smooth_move_strains_nobody(sim):
     assert np.max(np.mean(loads, axis=0)) < 0.5
 
 
-def test_to_feel_changes_nothing(sim):
-    with sim(5).plant() as numb, sim(5).plant(feels=True) as feels:
-        for set_point in set_points(sim(5), sim(5).arm.home + 0.2, 0.5, 50):
-            numb.tick(set_point)
-            feels.tick(set_point)
-            np.testing.assert_array_equal(numb.turned(), feels.turned())
-
-
 def test_an_arm_without_limits_of_torque_carries_nothing(built):
     bench = built("backend", "arm=gantry", "dof=3", *QUIET, "beacon.position=[3.0,2.0,1.0]", "source.position=[2.0,2.0,1.0]")
-    with bench.plant(feels=True) as plant:
+    with bench.plant() as plant:
         plant.tick(bench.arm.home)
         limited = np.max(np.abs(plant._model.actuator_forcerange), axis=1) > 0
         assert np.all(plant.load()[~limited] == 0.0) and np.all(np.abs(plant.load()) <= 1.0)

@@ -8,16 +8,26 @@ from oio.records import Event
 
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
 FAULTS = [  # at a time when all devices are set up
-    ("nose.noise@14:3", 0, "skipped"),
-    ("nose.checksum@14:3", 0, "corrupt"),
-    ("nose.cut@14:2", 0, ""),
+    ("nose.noise@14:3", 0, r"skipped [1-9]"),
+    ("nose.checksum@14:3", 0, r"lost [1-9]|corrupt [1-9]"),
+    ("nose.cut@14:2", 0, r"lost [1-9]|corrupt [1-9]|skipped [1-9]"),
     ("nose.unplug@15:1", 0, "opened anew 1"),
-    ("nose.nack@14:2", 0, ""),
-    ("nose.stuck@14:6", 0, "stuck"),
-    ("nose.saturated@14:2", 0, "saturated"),
-    ("arm.busy@15:0.5", 0, "lost"),
-    ("arm.noise@14:3", 0, "skipped"),
+    ("nose.nack@14:2", 0, r"lost [1-9]"),
+    ("nose.stuck@14:6", 0, r"stuck [1-9]"),
+    ("nose.saturated@14:2", 0, r"saturated [1-9]"),
+    ("nose.stuck@9:3600", 1, "only .* readings"),
+    ("nose.saturated@9:3600", 1, "only .* readings"),
+    ("nose.clock@14:3", 0, r"clock [1-9]"),
+    ("arm.busy@15:0.5", 0, r"lost [1-9]"),
+    ("arm.noise@14:3", 0, r"skipped [1-9]"),
+    ("arm.cut@14:2", 0, r"lost [1-9]"),
+    ("arm.checksum@14:2", 0, r"lost [1-9]"),
+    ("arm.nack@15:0.5", 0, r"lost [1-9]"),
+    ("arm.stuck@15:20", 1, "something is in its way"),
+    ("arm.saturated@15:20", 1, "of its torque for too long"),
     ("arm.unplug@16:1", 0, "opened anew 1"),
+    ("arm.busy@16:100", 1, "backend.arm.port"),
+    ("arm.brownout@17:0.1", 1, "has let go"),
     ("arm.hot@16:30", 1, "degC hot|reports overheating"),
     ("nose.unplug@16:100", 1, "backend.nose.port"),
     ("valve.unplug@16:1", 0, "backend.valve line: its port went away"),
@@ -28,7 +38,8 @@ FAULTS = [  # at a time when all devices are set up
 @pytest.mark.parametrize("fault, code, word", FAULTS, ids=[f[0] for f in FAULTS])
 @pytest.mark.slow
 def test_a_fault_is_counted_or_ends_the_run_with_one_clear_line(emulators, fault, code, word):
-    run = emulators("nose=scd30", "arm=feetech", "speed=3", f"faults={fault}").run(SHORT)
+    nose = "line" if "clock" in fault else "scd30"
+    run = emulators(f"nose={nose}", "arm=feetech", "speed=3", f"faults={fault}").run(SHORT)
     assert run.code in (0, code) and run.code == code, run.said
     if code:
         assert run.said.strip().splitlines()[-1].startswith("oio: ") and re.search(word, run.said)

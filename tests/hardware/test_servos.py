@@ -12,7 +12,7 @@ from hardware.links.port import NoAnswer
 from hardware.servos import BUSES, ArmPort
 from hardware.servos.arm import ServoArm
 from hardware.servos.astray import Astray
-from hardware.servos.bus import Felt
+from hardware.servos.bus import Felt, Health
 from hardware.servos.differences import Differences
 from hardware.servos.rhythm import Rhythm
 from hardware.servos.standing import Standing
@@ -29,7 +29,7 @@ class Servos:
     def __init__(self, counts):
         self.counts, self.on, self.told = np.array(counts), None, []
         self.load, self.temperature, self.missing, self.stuck = np.zeros(len(counts)), 30.0, set(), False
-        self.complaint = None
+        self.complaint, self.deaf = None, False
         self.good = self.corrupt = self.skipped = 0
 
     def framer(self):
@@ -48,6 +48,8 @@ class Servos:
         return Felt(self.counts.copy(), self.load.copy(), self.complaint)
 
     def goals(self, wire, ids, counts):
+        if self.deaf:
+            return
         self.told.append(counts.copy())
         if not self.stuck:
             self.counts = counts.copy()
@@ -56,7 +58,8 @@ class Servos:
         self.on = on
 
     def health(self, wire, servo):
-        return self.temperature, 7.4
+        goal = self.told[-1][servo - 1] if self.told else 1000
+        return Health(self.on is True, int(goal), 7.4, self.temperature)
 
 
 ROUND = np.array([1.0, 0.0, 0.0, 0.0, 0.0])  # about the base: the nose keeps its height
@@ -116,6 +119,29 @@ def test_it_holds_where_it_stands_before_it_gets_torque(made):
     before = bus.counts.copy()
     driver.begin(None)
     assert bus.on is True and np.array_equal(bus.told[0], before) and len(bus.told) == 1
+
+
+def test_no_torque_before_every_servo_has_its_new_goal(made):
+    """A goal that was lost on the wire leaves an old one, to which the arm would jump at full speed."""
+    driver, bus, _ = made()
+    bus.deaf = True
+    with pytest.raises(NoAnswer, match=r"servo 1 was given the goal \d+, but has 1000"):
+        driver.begin(None)
+    assert bus.on is None
+    bus.deaf = False
+    driver.begin(None)
+    assert bus.on is True
+
+
+def test_a_servo_that_lets_go_by_itself_stops_the_others(made):
+    """As after a supply that failed for a moment: it answers again, and is limp."""
+    driver, bus, _ = made()
+    driver.begin(None)
+    turns(driver, 2.0)
+    assert driver.held is None and driver.supply == "7.4 V, 30 degC"
+    bus.on = False
+    turns(driver, 2.0)
+    assert "has let go" in driver.held
 
 
 @pytest.mark.parametrize("dof", [1, 3, 5])
@@ -183,6 +209,20 @@ def test_an_arm_that_met_something_does_not_go_on_pressing(made):
     bus.stuck = True
     turns(driver, driver.move(arm.home + 0.9 * ROUND, 3.0) + 1.0)
     assert "something is in its way" in driver.held and np.array_equal(bus.told[-1], met)
+
+
+def test_an_arm_that_stalls_a_little_outside_its_limits_does_not_press_on_either(made):
+    """Homing is not exact: what the stop allows may lie beyond what the MJCF does."""
+    driver, bus, arm = made()
+    driver.begin(None)
+    bus.stuck = True
+    beyond = arm.high_rad[0] + np.radians(1.0)
+    goal = driver._all.home.copy()
+    goal[0] = beyond
+    bus.counts = np.rint(2048 + goal * 4096 / (2 * np.pi)).astype(int)
+    turns(driver, 1.0)
+    assert "something is in its way" in driver.held
+    assert radians(bus.told[-1][0]) == pytest.approx(arm.high_rad[0], abs=2 * np.pi / 4096)
 
 
 def test_a_held_arm_that_was_moved_by_hand_is_held_where_it_is_then(made):

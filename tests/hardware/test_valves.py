@@ -12,7 +12,7 @@ from hardware.emulators import choice
 from hardware.emulators.bench import emulated
 from hardware.emulators.line import HOLD_S
 from hardware.links.device import Patience
-from hardware.relays import BEAT_S
+from hardware.relays import BEAT_S, DEAF_S
 from hardware.valves import ValvePort
 from oio import stopping
 from oio.errors import BadInput, OioError
@@ -132,6 +132,20 @@ def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
         plugged(made)
         assert said(valve) == "backend.valve line: did V1 again" and gas[-3:] == ["none", "none", "beacon"]  # plugged in, opened, told
         assert valve.watch() is None
+
+
+def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(bench):
+    """A write succeeds as long as the USB chip takes it, whatever the board behind it does."""
+    made, gas = bench
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+        valve.present("beacon", stopping.check)
+        made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "busy", 0.0, 1e9)]
+        until_s = time.monotonic() + 3.0 * DEAF_S
+        while (news := valve.watch()) is None and time.monotonic() < until_s:
+            time.sleep(0.02)
+        assert news == "backend.valve line: does not answer"
+        made.loop._schedule = ()
+        assert said(valve) == "backend.valve line: did V1 again" and gas[-1] == "beacon"
 
 
 def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
