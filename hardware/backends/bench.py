@@ -45,7 +45,8 @@ class Bench:
         )
         self._t_ns, self._open, self._late, self._told_ns = clock.now_ns(), "none", 0, 0
         self._taken = {"gas": 0, "joints": 0}
-        self._delays_s = deque[float](maxlen=KEPT)
+        self._homeward = dict(self._taken)
+        self._delays_s = deque[float](maxlen=KEPT)  # since a source was opened
 
     @property
     def t_ns(self) -> int:
@@ -58,7 +59,7 @@ class Bench:
         for sample in self.samples(self._mover.move(arm.home, at_least_s)):
             stopping.check()
             del sample
-        self._taken = {"gas": 0, "joints": 0}
+        self._homeward, self._taken = self._taken, {"gas": 0, "joints": 0}
 
     def move(self, q_rad: Array, over_s: float) -> float:
         """Begin a smooth move to q_rad (n,), when the arm is there. Raises what the guard refuses."""
@@ -76,6 +77,7 @@ class Bench:
             raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(SOURCES)}.")
         self._valve.present(source, self._watch)  # a person may take minutes, in which the arm may be held
         self._open = source
+        self._delays_s.clear()
         time.sleep(self._clock.host_s(self._made.hold_s))
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
@@ -165,8 +167,9 @@ class Bench:
         parts = [_of(device) for device in (self._nose, self._arm) if device is not None]
         if isinstance(self._mover, ServoArm):
             parts.append(f"joints {self._mover.rhythm}, {self._mover.supply}")
-        taken, waiting = self._taken, (len(self._mailbox.gas), len(self._mailbox.joints))
+        taken, homeward, waiting = self._taken, self._homeward, (len(self._mailbox.gas), len(self._mailbox.joints))
         parts.append(f"taken {taken['gas']} gas {taken['joints']} joints, waiting {waiting[0]} and {waiting[1]}")
+        parts.append(f"on the first way home {homeward['gas']} and {homeward['joints']}")
         parts.append(f"late {self._late}, overflown {self._mailbox.lost}")
         if self._delays_s:
             ms = 1e3 * np.quantile(np.array(self._delays_s), (0.5, 0.95))
