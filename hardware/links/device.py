@@ -140,7 +140,7 @@ class Device(threading.Thread):
             except NoAnswer as error:
                 why = str(error) or why  # the driver counts it; silence that lasts ends below
             except Unplugged as error:
-                return str(error)
+                return str(error) or "unplugged"
             now_ns = self._clock.now_ns()
             if now_ns - self._heard_ns > nanoseconds(self._patience.away_s + self._patience.silent_s):
                 raise Gone(self._complaint(why, self._patience.away_s))
