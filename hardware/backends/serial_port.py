@@ -22,6 +22,7 @@ from oio.protocols import Sensor
 from oio.safety import Safety
 from oio.settings import in_range, settings
 
+SWITCH_S = 2e-4  # of the interpreter, between threads: a sample that came in shall not wait for 5 ms, its default
 HOMING_S = 3.0  # the first move, to the arm's home, takes so long at least
 AWAY_RAD = 0.1  # farther from home a person may have held the arm until it held itself,
 HANDS_OFF_S = 3.0  # and gets so long to let go
@@ -42,11 +43,13 @@ class SerialPort:
     valve: ValvePort
     speed: float  # seconds of the world per second of the host: 1, but for emulators
     queue: int  # samples that may wait for the pipeline
-    hold_s: float  # joints wait so long for gas that was sensed before them
+    hold_s: float | None  # joints wait so long for gas that was sensed before them; None: as the nose needs it
 
     def check(self) -> None:
         """Refuse senseless speeds and queues."""
-        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), hold_s=(0.0, 1.0))
+        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7))
+        if self.hold_s is not None:
+            in_range(self, hold_s=(0.0, 1.0))
 
     @contextlib.contextmanager
     def open(self) -> Iterator[Bench]:
@@ -57,6 +60,7 @@ class SerialPort:
         servos = self._servos(mailbox, clock)
         arm = None if servos is None else Device(str(self.arm.port), servos, mailbox, clock, self.patience)
         devices = [nose] if arm is None else [nose, arm]
+        sys.setswitchinterval(SWITCH_S)
         with self.valve.open(self.patience) as valve:
             try:
                 for device in devices:
@@ -70,6 +74,11 @@ class SerialPort:
             finally:
                 for device in reversed(devices):  # the arm first, the valve last
                     device.leave()
+
+    @property
+    def held_s(self) -> float:
+        """How long joints wait for older gas [s]. The more wait, the more must be taken between the gas and the belief."""
+        return self.nose.late_s if self.hold_s is None else self.hold_s
 
     def _servos(self, mailbox: Mailbox, clock: Clock) -> ServoArm | None:
         if self.arm.driver == NONE:
