@@ -45,7 +45,7 @@ class Bench:
         )
         self._t_ns, self._open, self._late, self._told_ns = clock.now_ns(), "none", 0, 0
         self._taken = {"gas": 0, "joints": 0}
-        self._homeward, self._watched_s = dict(self._taken), 0.0
+        self._homeward = dict(self._taken)
         self._delays_s = deque[float](maxlen=KEPT)  # since a source was opened
 
     @property
@@ -78,11 +78,11 @@ class Bench:
         self._valve.present(source, self._watch)  # a person may take minutes, in which the arm may be held
         self._open = source
         self._delays_s.clear()
-        time.sleep(self._clock.host_s(self._made.held_s))
+        time.sleep(self._clock.host_s(self._made.hold_s))
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
         """What was sensed since the last span and in the next `for_s` seconds. Raises OioError when a device is gone or the arm is held."""
-        now_ns = self._clock.now_ns() - nanoseconds(self._made.held_s)  # so far behind the host its samples are complete
+        now_ns = self._clock.now_ns() - nanoseconds(self._made.hold_s)  # so far behind the host its samples are complete
         until_ns = (self._t_ns if now_ns - self._t_ns < SLACK_NS else now_ns) + nanoseconds(for_s)
         yield from self._news()
         yield from self._truth()
@@ -109,10 +109,9 @@ class Bench:
 
     def _next(self, until_ns: int) -> Arrived | None:
         """The next sample of the span, when it is sure that none before it will come; None at its end."""
-        hold_ns = nanoseconds(self._made.held_s)
+        hold_ns = nanoseconds(self._made.hold_s)
         while True:
-            if isinstance(self._mover, Standing) or time.monotonic() - self._watched_s > LOOK_S:  # it takes the arm's lock
-                self._watch()
+            self._watch()
             with self._mailbox.news:
                 now_ns = self._clock.now_ns()
                 queue, due_ns = self._first(hold_ns)
@@ -132,7 +131,6 @@ class Bench:
 
     def _watch(self) -> None:
         """A stop that was asked for, devices that are gone, an arm that is held."""
-        self._watched_s = time.monotonic()
         stopping.check()
         for device in (self._nose, self._arm):
             if device is not None and device.error is not None:

@@ -43,13 +43,11 @@ class SerialPort:
     valve: ValvePort
     speed: float  # seconds of the world per second of the host: 1, but for emulators
     queue: int  # samples that may wait for the pipeline
-    hold_s: float | None  # joints wait so long for gas that was sensed before them; None: as the nose needs it
+    hold_s: float  # joints wait so long for gas that was sensed before them
 
     def check(self) -> None:
         """Refuse senseless speeds and queues."""
-        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7))
-        if self.hold_s is not None:
-            in_range(self, hold_s=(0.0, 1.0))
+        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), hold_s=(0.0, 1.0))
 
     @contextlib.contextmanager
     def open(self) -> Iterator[Bench]:
@@ -74,11 +72,6 @@ class SerialPort:
             finally:
                 for device in reversed(devices):  # the arm first, the valve last
                     device.leave()
-
-    @property
-    def held_s(self) -> float:
-        """How long joints wait for older gas [s]. The more wait, the more must be taken between the gas and the belief."""
-        return self.nose.late_s if self.hold_s is None else self.hold_s
 
     def _servos(self, mailbox: Mailbox, clock: Clock) -> ServoArm | None:
         if self.arm.driver == NONE:

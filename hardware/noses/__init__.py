@@ -41,11 +41,6 @@ class NosePort:
         """How often a real part has something new at best [s]."""
         return {"scd30": scd30.INTERVAL_S[0], "scd41": scd41.LEAST_S}.get(self.driver, 0.0)
 
-    @property
-    def late_s(self) -> float:
-        """How long after it was sensed a value may come [s]: the question and the answer on their wires, or the wait in a USB chip."""
-        return {"scd30": 0.06, "scd41": 0.06}.get(self.driver, 0.02)
-
     def live(self, sensor: Sensor, clock: Clock, mailbox: Mailbox) -> Driver:
         """The driver of `sensor`. Raises BadInput if they cannot be one thing."""
         bits = getattr(sensor, "adc_bits", None)
