@@ -387,8 +387,11 @@ def test_who_holds_the_arm_is_told_to_let_go_before_it_goes_home(up, built, caps
         for said in ("", "oio: the arm holds itself. Hands off: it goes home in 3 s.\n"):
             with serial.open() as world:
                 assert capsys.readouterr().err == said
-                began = [s.q for s in world.samples(0.5) if isinstance(s, JointState)]
-                assert np.max(np.abs(began[-1] - home)) < 0.05
+                for _ in range(20):  # a bench that was held up may bring it home a little later
+                    q = [s.q for s in world.samples(0.5) if isinstance(s, JointState)][-1]
+                    if np.max(np.abs(q - home)) < 0.05:
+                        break
+                assert np.max(np.abs(q - home)) < 0.05
                 goal = home + np.array([0.4, 0.0, 0.0])
                 for _ in world.samples(world.move(goal, 1.0) + 0.5):
                     pass
