@@ -71,8 +71,9 @@ class SerialWire:
 
     def close(self) -> None:
         """See `Wire`."""
-        with contextlib.suppress(OSError, ValueError, TypeError, serial.SerialException):
-            fcntl.ioctl(self._fd, termios.TIOCNXCL)
+        if self._serial.is_open:  # once closed, its number may be that of another port
+            with contextlib.suppress(OSError):
+                fcntl.ioctl(self._fd, termios.TIOCNXCL)
         with contextlib.suppress(OSError, ValueError, TypeError, serial.SerialException):
             self._serial.close()
 

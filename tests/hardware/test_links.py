@@ -175,6 +175,17 @@ def test_nor_can_a_program_open_it_that_asks_for_no_lock(pty):
     wire.close()
 
 
+def test_to_close_a_port_twice_leaves_others_exclusive(pty):
+    """Its number may be another's by then."""
+    wire = opened(pty()[1], 115200, "backend.nose.port")
+    wire.close()
+    other = opened(pty()[1], 115200, "backend.arm.port")
+    wire._fd = other._fd
+    wire.close()
+    assert int.from_bytes(fcntl.ioctl(other._fd, TIOCGEXCL, b"\0" * 4), "little") == 1
+    other.close()
+
+
 def test_a_port_that_is_torn_out_is_unplugged_and_not_an_exception_of_the_system(pty):
     master, path = pty()
     wire = opened(path, 115200, "backend.nose.port")
@@ -378,7 +389,9 @@ def test_leaving_says_goodbye_and_lets_the_port_go(bench, tmp_path):
 
 
 def test_a_device_that_was_never_started_can_be_left(tmp_path):
-    Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE).leave()
+    device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE)
+    device.leave()
+    assert device.error is None and device.driver.ended == 0
 
 
 def test_a_port_that_never_was_is_refused_at_once(tmp_path):
