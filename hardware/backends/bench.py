@@ -127,7 +127,8 @@ class Bench:
         gas, joints = self._mailbox.gas, self._mailbox.joints
         if gas and (not joints or gas[0].sample.t_ns <= joints[0].sample.t_ns):
             return gas, 0
-        return joints, 0 if gas or not joints else joints[0].sample.t_ns + hold_ns
+        sure = gas or not joints or joints[0].sample.t_ns < self._mailbox.gas_from_ns
+        return joints, 0 if sure else joints[0].sample.t_ns + hold_ns
 
     def _watch(self) -> None:
         """A stop that was asked for, devices that are gone, an arm that is held."""

@@ -24,6 +24,7 @@ class Mailbox:
         self.gas: deque[Arrived] = deque()
         self.lost = 0  # samples that found their queue full: the oldest goes
         self.gas_ns: int | None = None  # when the nose was heard last
+        self.gas_from_ns = 0  # no gas is to come that was sensed before: older joints need not wait for it
         self._limit = limit
 
     def put(self, arrived: Arrived) -> None:
@@ -34,9 +35,16 @@ class Mailbox:
                 queue.popleft()
                 self.lost += 1
             queue.append(arrived)
-            if queue is self.gas:  # joints can wait for the next look
+            if queue is self.gas:
                 self.gas_ns = arrived.at_ns
+            if queue is self.gas or arrived.sample.t_ns < self.gas_from_ns:  # other joints can wait for the next look
                 self.news.notify_all()
+
+    def no_gas_before(self, t_ns: int) -> None:
+        """The nose's promise. One that is broken, by a device that began anew, costs a count of late samples."""
+        with self.news:
+            self.gas_from_ns = max(self.gas_from_ns, t_ns)
+            self.news.notify_all()
 
     def wake(self) -> None:
         """Let a waiting reader look again."""

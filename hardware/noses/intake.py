@@ -28,6 +28,10 @@ class Intake:
         if kind in ("samples", "saturated"):
             self._mailbox.put(Arrived(GasSample(t_ns, element, float(raw)), arrived_ns))
 
+    def none_before(self, t_ns: int) -> None:
+        """No value is to come that is stamped before t_ns."""
+        self._mailbox.no_gas_before(t_ns)
+
     def _kind(self, raw: float, times: int) -> str:
         if not math.isfinite(raw):
             return "not a number"

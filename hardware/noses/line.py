@@ -15,6 +15,7 @@ from oio.records import nanoseconds
 INSIST_S = 1.5  # on a command
 TURN_S = 0.1
 SILENT = 1.5  # periods without a sentence
+EARLY_NS = nanoseconds(0.01)  # a sample may be stamped so much earlier than a period after the last: its clock is learnt, and says whole ms
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,9 @@ class Line:
         self._last_ms = ms
         other = self._names[(self._names.find(active) + 1) % len(self._names)]
         if active in self._names:
-            self._intake.put(self._device.stamped(ms, arrived_ns), self._names.index(active), raw, arrived_ns)
+            t_ns = self._device.stamped(ms, arrived_ns)
+            self._intake.put(t_ns, self._names.index(active), raw, arrived_ns)
+            self._intake.none_before(t_ns + nanoseconds(1e-3 * self._period_ms) - EARLY_NS)
         if other != active:
             wire.write(f"S{other}\n".encode())
 

@@ -51,6 +51,7 @@ class Scd30:
         if self._pace.rested():
             return True  # it was not asked
         asked_ns = self._clock.now_ns()
+        self._intake.none_before(asked_ns)
         try:
             if self._read(wire, READY, 1)[0] != 1:
                 self._pace.check()

@@ -71,6 +71,7 @@ class Scd41:
         if self._pace.rested():
             return True  # it was not asked
         asked_ns = self._clock.now_ns()
+        self._intake.none_before(asked_ns)
         try:
             ready = self._words(wire, scd4x.READY, 1)
             words = self._words(wire, scd4x.READ, 3) if ready and ready[0] & 0x07FF else None

@@ -94,6 +94,19 @@ def test_a_part_at_its_own_pace_is_never_taken_for_silent_nor_started_anew(co2, 
     assert len(box.gas) == pytest.approx(60.0 / part_s, abs=2)
 
 
+@pytest.mark.parametrize(("name", "part_s"), [("scd30", 2.0), ("scd41", 5.0)])
+def test_a_part_that_is_asked_promises_no_value_older_than_the_question(co2, name, part_s):
+    nose, wire, clock, box = co2(name, part_s)
+    nose.begin(wire)
+    while len(box.gas) < 5:
+        promised_ns, had, began_ns = box.gas_from_ns, len(box.gas), clock.now_ns()
+        nose.turn(wire)
+        if len(box.gas) > had:
+            assert box.gas[-1].sample.t_ns == box.gas_from_ns == began_ns > promised_ns > 0
+        clock.t_s += 0.01
+        wire.device.spoken(clock.t_s)
+
+
 def test_a_rest_leaves_the_wire_alone(co2):
     nose, wire, clock, box = co2("scd30", 2.0)
     nose.begin(wire)

@@ -88,6 +88,13 @@ def test_a_sentence_whose_checksum_is_right_but_not_its_fields_is_counted(intake
     assert (nose.counts()["good"], nose.counts()["corrupt"]) == (3, 1)
 
 
+def test_a_nose_with_a_period_promises_when_its_next_value_can_be_stamped_at_the_earliest(intake):
+    taken, box = intake
+    wire = SimpleNamespace(read=lambda within_s: sentence("NOSE", "500", "A", "1", "2"), write=lambda data: None)
+    Line(taken, SimpleNamespace(now_ns=lambda: SECOND_NS), Sentence("NOSE", PORT["columns"], "AB", 10), 0.1).turn(wire)
+    assert box.gas[0].sample.t_ns + 0.08 * SECOND_NS < box.gas_from_ns < box.gas[0].sample.t_ns + 0.1 * SECOND_NS
+
+
 def test_noise_and_other_talkers_are_no_sign_of_life(intake):
     taken, _ = intake
     clock, said = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0), [b""]
