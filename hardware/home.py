@@ -3,7 +3,8 @@
 Every joint is turned by hand to its LOW end and then to its HIGH end, whose angles the MJCF knows; you are told which way each is, and
 from the two follows the direction of its counts. Torque is switched off for it: hold the arm, and bring it to about its home first,
 because the ways that are told are those from there. A joint that turns farther than in the MJCF, or without end, is turned to tape marks
-at the MJCF's two angles. What does not fit is refused, and nothing is written.
+at the MJCF's two angles. What does not fit is refused, and nothing is written. At the end it says where the nose is now: compare that with
+a ruler, for a joint whose LOW and HIGH were swapped in every round fits, too, and would move mirrored.
 
   driver=feetech     or dynamixel
   port=              a path, or usb:VENDOR:PRODUCT[:SERIAL]
@@ -33,7 +34,7 @@ from hardware.asked import ended, whole, words
 from hardware.links.find import found
 from hardware.links.port import NoAnswer, Unplugged, Wire, opened
 from hardware.servos import BUSES
-from hardware.servos.bus import Bus
+from hardware.servos.bus import Bus, Positions
 from hardware.turned import Turned, ends_deg, joined, ways
 from oio import stopping
 from oio.arm import Arm
@@ -41,9 +42,12 @@ from oio.conf import CONF
 from oio.errors import BadInput, OioError
 from oio.homing import Homing
 from oio.places import whole as whole_arm
+from oio.records import Array
 
 KEYS = {"driver": "feetech", "port": "", "arm": "so101", "repeats": "2", "out": "homing.json"}
 LOOK_S = 0.02
+TRIES = 10  # of a look that is needed
+AGREES_M = 0.03  # a ruler and a hand
 Done = Callable[[float], bool]
 
 
@@ -95,20 +99,43 @@ def _walk(console: Console, bus: Bus, wire: Wire, arm: Arm, repeats: int, out: P
             f"servo {missing[0]} of {len(ids)} does not answer at {bus.baud} baud. Check power, cable, and that ids are 1 to {len(ids)}."
         )
     bus.begin(wire, ids)
-    ahead, left, up = np.round(arm.nose(arm.home), 2) + 0.0  # no -0.00
     console.print(f"Hold the arm: when you press Enter its {len(ids)} servos let go.")
     console.print(
-        f"Then bring it to about its home, the nose {ahead:.2f} m in front of the base's origin, {left:.2f} m to its left, {up:.2f} m "
-        f"above: which way a joint's LOW and HIGH are is told from there. Other joints may be bent out of the way, but read the words "
-        f"with all of them back at home."
+        f"Then bring it to about its home, the nose {_place(arm.nose(arm.home))}: which way a joint's LOW and HIGH are is told from there. "
+        f"Other joints may be bent out of the way, but read the words with all of them back at home."
     )
     _until_enter(_entered, lambda: None)
     bus.torque(wire, ids, False)
     rounds = [[_turned(console, bus, wire, ids, i, arm, k, repeats) for i in range(len(ids))] for k in range(repeats)]
     homing = joined(rounds, arm, bus.counts_per_turn)
-    homing.write(out)
     console.print(_table(rounds[-1], homing, arm))
+    _compared(console, bus, wire, ids, arm, homing)
+    homing.write(out)
     console.print(f"Written to {out}. Type: arm.homing={out}", markup=False)
+
+
+def _compared(console: Console, bus: Bus, wire: Wire, ids: list[int], arm: Arm, homing: Homing) -> None:
+    """Ends that were swapped in every round fit as well as the right ones: only a ruler knows."""
+    console.print("Compare: bend every joint out of its middle, the nose to the arm's left, hold it so, and press Enter.")
+    _until_enter(_entered, lambda: None)
+    nose = arm.nose(homing.angles(_counts(bus, wire, ids), bus.counts_per_turn))
+    console.print(
+        f"  The nose should now be {_place(nose)}. Take a ruler: if that is right to {AGREES_M:.2f} m, press Enter. If not, a joint was "
+        f"turned to HIGH where LOW was asked for: press Ctrl-C, nothing is written, and home again."
+    )
+    _until_enter(_entered, lambda: None)
+
+
+def _place(nose: Array) -> str:
+    ahead, left, up = np.round(nose, 2) + 0.0  # no -0.00
+    return f"{ahead:.2f} m in front of the base's origin, {left:.2f} m to its left, {up:.2f} m above"
+
+
+def _counts(bus: Bus, wire: Wire, ids: list[int]) -> Positions:
+    for _ in range(TRIES):
+        with contextlib.suppress(NoAnswer):
+            return bus.feel(wire, ids).counts
+    raise NoAnswer(f"asked {TRIES} times")
 
 
 def _turned(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm: Arm, k: int, repeats: int) -> Turned:

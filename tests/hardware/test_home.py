@@ -3,6 +3,7 @@
 import io
 import json
 import math
+import re
 from dataclasses import replace
 
 import mujoco
@@ -24,6 +25,7 @@ TURN = 4096
 DEGREES = 360.0 / TURN
 
 
+COMPARED = [(0, 40.0, False), (1, -30.0, False), (2, 35.0, False), (3, -25.0, False), (4, 50.0, True), (4, 50.0, True)]
 DIRECTIONS = {"forward": (0, 1), "back": (0, -1), "to the arm's left": (1, 1), "to the arm's right": (1, -1), "up": (2, 1), "down": (2, -1)}
 
 
@@ -99,7 +101,7 @@ def walk(monkeypatch, arm, tmp_path):
 
     def walked(servos, goals, repeats=2):
         console, file = Console(record=True, width=300, file=io.StringIO()), tmp_path / "homing.json"
-        monkeypatch.setattr(home, "_entered", Person(servos, goals))
+        monkeypatch.setattr(home, "_entered", Person(servos, [*goals, *COMPARED]))
         try:
             home._walk(console, servos, None, arm, repeats, file)
         except OioError:
@@ -136,6 +138,19 @@ def test_a_round_that_went_the_other_way_is_refused(arm, walk):
         OioError, match=r"elbow_tilt was turned from LOW to HIGH one way in round 1 and the other way in round 2: .*mirrored"
     ):
         walk(servos, goals)
+
+
+@pytest.mark.parametrize("swapped", range(5))
+def test_ends_that_were_swapped_in_every_round_are_seen_with_a_ruler(arm, walk, swapped):
+    """But for the roll, which the nose does not feel."""
+    servos, goals = Servos((2048,) * 5, (1,) * 5, np.degrees(arm.home)), obedient(arm)
+    for k in (0, 10):
+        a = k + 2 * swapped
+        goals[a : a + 2] = goals[a : a + 2][::-1]
+    told, _ = walk(servos, goals)
+    said = np.array([float(x) for x in re.search(r"should now be ([\d.-]+) m .*?, ([\d.-]+) m .*?, ([\d.-]+) m", told).groups()])
+    off_m = np.linalg.norm(said - arm.nose(np.radians(servos.degrees)))
+    assert off_m < home.AGREES_M if swapped == 4 else off_m > 2 * home.AGREES_M
 
 
 def test_a_joint_that_turns_too_far_is_sent_to_tape_marks_and_is_homed_with_them(arm, walk):
