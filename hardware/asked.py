@@ -4,7 +4,8 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from oio import stopping
-from oio.errors import BadInput, OioError
+from oio.ending import ended
+from oio.errors import BadInput
 
 
 def words(arguments: Sequence[str], keys: Mapping[str, str], command: str) -> tuple[dict[str, str], list[str]]:
@@ -28,17 +29,10 @@ def whole(key: str, value: str, low: int, high: int) -> int:
     return int(value)
 
 
-def ended(main: Callable[[list[str]], None], help_text: str) -> None:
-    """Run `main`; known errors end in one paragraph."""
+def answered(main: Callable[[list[str]], None], help_text: str) -> int:
+    """The exit code of `main` with the words typed, or of the help that was asked for."""
     stopping.listen()
     if {"--help", "-h"} & set(sys.argv[1:]):
         print(help_text)  # noqa: T201
-        return
-    try:
-        main(sys.argv[1:])
-    except KeyboardInterrupt:
-        print("oio: stopped.", file=sys.stderr)  # noqa: T201
-        sys.exit(130)
-    except OioError as error:
-        print(f"oio: {error}", file=sys.stderr)  # noqa: T201
-        sys.exit(error.exit_code)
+        return 0
+    return ended(lambda: main(sys.argv[1:]))

@@ -19,7 +19,7 @@ from hardware.backends.mujoco_sim import MujocoSim
 from hardware.emulators import choice, faults
 from hardware.emulators.bench import Emulated, emulated
 from oio.conf import CONF
-from oio.refusals import as_known
+from oio.ending import ended
 
 KEYS = CONF / "emulate.yaml"
 # Servos have absolute encoders. With the paper's drift a joint that is led to its end is pressed against it, and the guard rightly stops.
@@ -37,20 +37,13 @@ When it is up it prints the command line that connects to it. Ctrl-C ends it.
 
 def main(arguments: list[str] | None = None) -> int:
     """Serve; returns the exit code."""
-    try:
-        return _run(sys.argv[1:] if arguments is None else arguments)
-    except Exception as error:
-        known = as_known(error, CONF)
-        if known is None or os.environ.get("OIO_FULL_ERROR") == "1":
-            raise
-        sys.stderr.write(f"oio: {known}\n")
-        return known.exit_code
+    return ended(lambda: _run(sys.argv[1:] if arguments is None else arguments))
 
 
-def _run(arguments: Sequence[str]) -> int:
+def _run(arguments: Sequence[str]) -> None:
     if {"--help", "-h"} & set(arguments):
         sys.stdout.write(_help())
-        return 0
+        return
     chosen, overrides = choice.read(arguments, KEYS)
     overrides = [DRIFTLESS, *overrides]  # what is given comes later and holds
     stopped = _stopped()
@@ -63,7 +56,6 @@ def _run(arguments: Sequence[str]) -> int:
         slipped_s = bench.loop.lab.slipped_s
     if slipped_s > 0:
         sys.stderr.write(f"oio: the bench could not keep up and gave up {slipped_s:.1f} s; type a lower speed=.\n")
-    return 0
 
 
 def _composed(overrides: list[str]) -> Any:

@@ -30,7 +30,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hardware.asked import ended, whole, words
+from hardware.asked import answered, whole, words
 from hardware.links.find import found
 from hardware.links.port import NoAnswer, Unplugged, Wire, opened
 from hardware.servos import BUSES
@@ -183,4 +183,4 @@ def _table(last: list[Turned], homing: Homing, arm: Arm) -> Table:
 
 
 if __name__ == "__main__":
-    ended(main, (__doc__ or "").strip())
+    sys.exit(answered(main, (__doc__ or "").strip()))

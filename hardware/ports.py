@@ -3,7 +3,9 @@
 Ports that the system does not list (emulators) are asked if they are given as words: python -m hardware.ports out/nose out/arm
 """
 
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 from oio import launch
 
@@ -13,7 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from serial.tools import list_ports
 
-from hardware.asked import ended, words
+from hardware.asked import answered
 from hardware.links.clock import Clock
 from hardware.links.device import Driver
 from hardware.links.find import named
@@ -32,9 +34,11 @@ IDS = range(1, 8)  # of servos that are asked for
 
 def main(arguments: list[str]) -> None:
     """Ask every port."""
-    _, plain = words(arguments, {}, "python -m hardware.ports")
+    for path in arguments:
+        if not Path(path).exists():
+            raise BadInput(f"{path} was given, but there is no such port. Type e.g. python -m hardware.ports /dev/ttyUSB0.")
     console = Console(soft_wrap=True)
-    infos = {info.device: named(info) for info in list_ports.comports()} | {path: "given" for path in plain}
+    infos = {info.device: named(info) for info in list_ports.comports()} | {path: "given" for path in arguments}
     if not infos:
         console.print("Nothing is plugged in that the system lists. A port can be given: python -m hardware.ports /dev/ttyUSB0")
         return
@@ -105,4 +109,4 @@ def _line(key: str, driver: str, path: str, name: str) -> str:
 
 
 if __name__ == "__main__":
-    ended(main, (__doc__ or "").strip())
+    sys.exit(answered(main, (__doc__ or "").strip()))

@@ -24,6 +24,7 @@ from oio.arm import ROOT
 from oio.choices import show_help
 from oio.conf import CONF
 from oio.console import show_summary
+from oio.ending import ended
 from oio.errors import BadInput, OioError
 from oio.experiment import Experiment, execute
 from oio.log import read_metadata
@@ -161,21 +162,11 @@ def _run(arguments: list[str]) -> None:
         raise OioError(f"{SweepTable.failed} jobs of the sweep failed; their status.json says why.")
 
 
-def main() -> None:
-    """The command."""
+def main() -> int:
+    """The command; returns the exit code."""
     stopping.listen()
-    try:
-        _run(sys.argv[1:])
-    except KeyboardInterrupt:
-        print("oio: stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part).", file=sys.stderr)  # noqa: T201
-        sys.exit(130)
-    except Exception as error:
-        known = as_known(error, CONF)
-        if known is None or os.environ.get("OIO_FULL_ERROR") == "1":
-            raise
-        print(f"oio: {known}", file=sys.stderr)  # noqa: T201
-        sys.exit(known.exit_code)
+    return ended(lambda: _run(sys.argv[1:]), "stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part).")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

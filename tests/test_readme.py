@@ -85,7 +85,7 @@ def test_the_command_of_the_readme_runs(followed, tmp_path, monkeypatch, capsys)
     monkeypatch.setattr(run, "FAILED", [])
     GlobalHydra.instance().clear()
     try:
-        run.main()
+        assert run.main() == 0
     finally:
         signal.signal(signal.SIGTERM, handler)
         GlobalHydra.instance().clear()

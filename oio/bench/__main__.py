@@ -1,6 +1,5 @@
 """`python -m oio.bench COMMAND KEY=VALUE ...`: known errors end in one paragraph, exit code 2 for bad input, else 1."""
 
-import os
 import signal
 import sys
 from collections.abc import Callable
@@ -13,9 +12,8 @@ from rich.console import Console
 
 from oio.bench import accuracy, drift, filters
 from oio.bench.words import SOURCE
-from oio.conf import CONF
+from oio.ending import ended
 from oio.errors import BadInput
-from oio.refusals import as_known
 
 COMMANDS: dict[str, Callable[[list[str]], None]] = {"accuracy": accuracy.run, "drift": drift.run, "filters": filters.run}
 HEADER = """[bold]Benchmarks[/bold] of olfactory inertial odometry, over many seeds:
@@ -32,18 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run one benchmark; returns the exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
-    try:
-        _run(sys.argv[1:] if arguments is None else arguments)
-    except KeyboardInterrupt:
-        sys.stderr.write("oio: stopped; what was done is saved.\n")
-        return 130
-    except Exception as error:
-        known = as_known(error, CONF)
-        if known is None or os.environ.get("OIO_FULL_ERROR") == "1":
-            raise
-        sys.stderr.write(f"oio: {known}\n")
-        return known.exit_code
-    return 0
+    return ended(lambda: _run(sys.argv[1:] if arguments is None else arguments), "stopped; what was done is saved.")
 
 
 def _run(arguments: list[str]) -> None:

@@ -158,6 +158,14 @@ def test_ports_say_what_they_are_and_what_to_paste(emulators):
     assert "OIO-NOSE, 1, 10" in run.stdout and f"backend.valve.driver=line backend.valve.port={ports[2]}" in run.stdout
 
 
+@pytest.mark.parametrize("word", ["port=/dev/ttyUSB0", "/dev/no"])
+def test_ports_refuse_what_is_no_path(word):
+    command = [sys.executable, "-m", "hardware.ports", word]
+    run = subprocess.run(command, cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
+    assert run.returncode == 2 and run.stderr.startswith(f"oio: {word} was given, but there is no such port"), run.stderr
+    assert run.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("arm", ["feetech", "dynamixel"])
 def test_homing_asks_for_both_ends_by_name_and_refuses_a_joint_that_was_not_turned(emulators, arm):
     bench = emulators("nose=scd30", f"arm={arm}")

@@ -1,0 +1,26 @@
+"""How every command ends: a known error in one paragraph with its exit code, a stop in one line, a bug with its trace."""
+
+import os
+import sys
+from collections.abc import Callable
+
+from oio.conf import CONF
+from oio.refusals import as_known
+
+STOPPED = 130  # 128 + SIGINT, as shells say
+
+
+def ended(run: Callable[[], None], stopped: str = "stopped.") -> int:
+    """The exit code of `run`; `stopped` is said when it was asked to stop. OIO_FULL_ERROR=1 shows the trace of known errors, too."""
+    try:
+        run()
+    except KeyboardInterrupt:
+        sys.stderr.write(f"oio: {stopped}\n")
+        return STOPPED
+    except Exception as error:
+        known = as_known(error, CONF)
+        if known is None or os.environ.get("OIO_FULL_ERROR") == "1":
+            raise
+        sys.stderr.write(f"oio: {known}\n")
+        return known.exit_code
+    return 0
