@@ -7,6 +7,8 @@ import shlex
 import shutil
 import subprocess
 import sys
+import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -24,6 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 
 SLACK = 2  # samples
+NAP_S = 0.005
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "hardware" / "firmware" / "nose"
 BOARD = Path(__file__).parent / "firmware"
@@ -133,6 +136,39 @@ class Run:
     def summary(self) -> Any:
         """Its numbers."""
         return json.loads((self.out / "summary.json").read_text(encoding="utf-8"))
+
+
+class Stalls(threading.Thread):
+    """How long the host kept this process waiting while the block ran, though it asked for 5 ms: virtual machines lose seconds."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self.longest_s, self._lost_s, self._began_s, self._leave = 0.0, 0.0, time.monotonic(), threading.Event()
+
+    def __enter__(self) -> "Stalls":
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._leave.set()
+        self.join()
+
+    def run(self) -> None:
+        """Until the block ends."""
+        while not self._leave.is_set():
+            before_s = time.monotonic()
+            time.sleep(NAP_S)
+            late_s = time.monotonic() - before_s - NAP_S
+            self.longest_s = max(self.longest_s, late_s)
+            self._lost_s += late_s if late_s > NAP_S else 0.0
+
+    @property
+    def lost(self) -> float:
+        """Share of the time."""
+        return self._lost_s / (time.monotonic() - self._began_s)
+
+    def __str__(self) -> str:
+        return f"the host stalled: {1e3 * self.longest_s:.0f} ms at the longest, {100 * self.lost:.1f} % of the time in all"
 
 
 class Emulators:

@@ -18,10 +18,13 @@ from oio.homing import Homing
 from oio.log import read_samples
 from oio.records import GasSample, JointState
 from oio.recover import main as recover
+from tests.hardware.conftest import Stalls
 
 ROOT = Path(__file__).resolve().parents[2]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 NOSES = {"ndir": "scd30", "pa": "scd41", "ec": "line", "mox_mq": "line", "mox_mics": "line"}
+CALM = 0.02  # of the time that a host may lose before what it times is none of ours
+STALL_S, TRIES = 0.2, 3  # one so long may stop an arm, at twice the speed of life
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
 
 
@@ -56,11 +59,12 @@ def test_an_arm_climbs_toward_the_beacon_and_its_log_replays_to_the_bit(emulator
 
 
 def test_an_emulated_bus_is_read_a_hundred_times_a_second(emulators):
-    """On a machine that is not overloaded; measured, not asked for, where it is."""
-    free = os.getloadavg()[0] < 1.5
-    run = emulators("nose=scd30", "arm=feetech").run("stage=[warm_up]")
+    """On a machine that lets it; measured, not asked for, on one that stalls."""
+    bench = emulators("nose=scd30", "arm=feetech")
+    with Stalls() as stalls:
+        run = bench.run("stage=[warm_up]")
     hz, jitter = (float(x) for x in re.search(r"joints ([\d.]+) Hz, jitter ([\d.]+) ms", run.account()).groups())
-    assert math.isfinite(jitter) and hz > (100.0 if free else 30.0), run.account()
+    assert math.isfinite(jitter) and hz > (100.0 if stalls.lost < CALM else 30.0), (run.account(), str(stalls))
 
 
 @pytest.mark.parametrize("signal_", [signal.SIGINT, signal.SIGTERM])
@@ -120,19 +124,31 @@ def test_settings_that_make_no_sense_are_refused(words, told, tmp_path):
     assert run.returncode == 2 and re.search(told, run.stderr), run.stderr
 
 
+def whole_run(emulators, *words):
+    """A run with all stages, and how the host stalled meanwhile. One that was stopped on a host that stalled is none, and is made again."""
+    for _ in range(TRIES):
+        bench = emulators(*words)
+        with Stalls() as stalls:
+            run = bench.run(within_s=400)
+        if run.code == 0:
+            return run, stalls
+        assert stalls.longest_s > STALL_S, (run.said, str(stalls))
+    pytest.skip(f"{stalls}, in each of {TRIES} runs: on such a machine nothing can be led in real time. Run it again where it is quiet.")
+
+
 @pytest.mark.slow
 @pytest.mark.alone
 @pytest.mark.parametrize("sensor", NOSES)
 def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sensor, tmp_path):
     """Median of three seeds, at most twice that of `backend=mujoco`; a sniff takes less than 2 ms from its last byte to the belief, where
-    the machine is not overloaded."""
-    wire_m, simulated_m, free = [], [], os.getloadavg()[0] < 1.5
+    the machine lets it."""
+    wire_m, simulated_m = [], []
     for seed in range(3):
-        run = emulators(f"nose={NOSES[sensor]}", f"sensor={sensor}", f"seed={seed}", "arm=feetech", "speed=2").run(within_s=400)
-        assert run.code == 0, run.said
+        run, stalls = whole_run(emulators, f"nose={NOSES[sensor]}", f"sensor={sensor}", f"seed={seed}", "arm=feetech", "speed=2")
         wire_m.append(run.summary()["calibrated"]["source_error_m"])
         delay_ms = float(re.search(r"last byte to belief ([\d.]+) ms median", run.account()).group(1))
-        assert delay_ms < (2.0 if free else 10.0), run.account()
+        assert delay_ms < (2.0 if stalls.lost < CALM else 10.0), (run.account(), str(stalls))
+        print(f"{sensor} seed {seed}: {1e3 * wire_m[-1]:.1f} mm, last byte to belief {delay_ms} ms; {stalls}")
         out = tmp_path / f"simulated{seed}"
         words = [f"sensor={sensor}", f"seed={seed}", "arm.encoder_drift_deg_s2=0", f"hydra.run.dir={out}"]
         subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, env=ENV, capture_output=True, check=True)
