@@ -23,7 +23,7 @@ from tests.hardware.conftest import Stalls
 ROOT = Path(__file__).resolve().parents[2]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 NOSES = {"ndir": "scd30", "pa": "scd41", "ec": "line", "mox_mq": "line", "mox_mics": "line"}
-CALM = 0.02  # of the time that a host may lose before what it times is none of ours
+CALM = 0.05  # of the time that a host may lose before what it times is none of ours
 STALL_S, TRIES = 0.2, 3  # one so long may stop an arm, at twice the speed of life
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
 
