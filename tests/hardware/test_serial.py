@@ -131,6 +131,7 @@ def whole_run(emulators, *words):
         with Stalls() as stalls:
             run = bench.run(within_s=400)
         if run.code == 0:
+            assert run.all_accounted(), (run.account(), run.missing())
             return run, stalls
         assert stalls.longest_s > STALL_S, (run.said, str(stalls))
     pytest.skip(f"{stalls}, in each of {TRIES} runs: on such a machine nothing can be led in real time. Run it again where it is quiet.")
