@@ -88,14 +88,14 @@ class Line:
         except (IndexError, KeyError, ValueError):
             self._bad += 1  # its checksum is right, what it says is not
             return
-        if self._last_ms >= 0 and ms > self._last_ms:
-            self._lost += max(round((ms - self._last_ms) / self._period_ms) - 1, 0)
+        since_ms = ms - self._last_ms if 0 <= self._last_ms < ms else 0
+        self._lost += max(round(since_ms / self._period_ms) - 1, 0)
         self._last_ms = ms
         other = self._names[(self._names.find(active) + 1) % len(self._names)]
         if active in self._names:
             t_ns = self._device.stamped(ms, arrived_ns)
             self._intake.put(t_ns, self._names.index(active), raw, arrived_ns)
-            self._intake.none_before(t_ns + nanoseconds(1e-3 * self._period_ms) - EARLY_NS)
+            self._intake.none_before(t_ns + nanoseconds(1e-3 * min(since_ms, self._period_ms)) - EARLY_NS)  # it may be faster than asked
         if other != active:
             wire.write(f"S{other}\n".encode())
 

@@ -90,9 +90,14 @@ def test_a_sentence_whose_checksum_is_right_but_not_its_fields_is_counted(intake
 
 def test_a_nose_with_a_period_promises_when_its_next_value_can_be_stamped_at_the_earliest(intake):
     taken, box = intake
-    wire = SimpleNamespace(read=lambda within_s: sentence("NOSE", "500", "A", "1", "2"), write=lambda data: None)
-    Line(taken, SimpleNamespace(now_ns=lambda: SECOND_NS), Sentence("NOSE", PORT["columns"], "AB", 10), 0.1).turn(wire)
-    assert box.gas[0].sample.t_ns + 0.08 * SECOND_NS < box.gas_from_ns < box.gas[0].sample.t_ns + 0.1 * SECOND_NS
+    clock = SimpleNamespace(now_ns=lambda: clock.t_ms * 1_000_000, t_ms=0)
+    wire = SimpleNamespace(read=lambda within_s: sentence("NOSE", str(clock.t_ms), "A", str(clock.t_ms), "2"), write=lambda data: None)
+    nose = Line(taken, clock, Sentence("NOSE", PORT["columns"], "AB", 10), 0.1)
+    promised_ms = []
+    for clock.t_ms in (500, 600, 640, 900):  # at first nobody knows its pace; then it is faster than asked, then a frame was lost
+        nose.turn(wire)
+        promised_ms.append((box.gas_from_ns - box.gas[-1].sample.t_ns) / 1e6)
+    assert promised_ms == pytest.approx([-10, 90, 50, 90])
 
 
 def test_noise_and_other_talkers_are_no_sign_of_life(intake):
