@@ -43,7 +43,7 @@ class Bench:
             mover,
             valve,
         )
-        self._t_ns, self._open, self._late, self._told_ns = clock.now_ns(), "none", 0, 0
+        self._t_ns, self._open, self._late, self._told_ns = 0, "none", 0, 0
         self._taken = {"gas": 0, "joints": 0}
         self._homeward = dict(self._taken)
         self._delays_s = deque[float](maxlen=KEPT)  # since a source was opened

@@ -205,7 +205,9 @@ class Emulators:
         return Run(process.returncode, said + errors, out)
 
     def close(self) -> None:
-        """As Ctrl-C does."""
+        """As Ctrl-C does. Once is enough."""
+        if self._errors.closed:
+            return
         self._process.terminate()
         self._process.wait(20)
         assert self._process.stdout

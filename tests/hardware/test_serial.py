@@ -130,6 +130,7 @@ def whole_run(emulators, *words):
         bench = emulators(*words)
         with Stalls() as stalls:
             run = bench.run(within_s=400)
+        bench.close()  # or it would go on beside the next
         if run.code == 0:
             assert run.all_accounted(), (run.account(), run.missing())
             return run, stalls
