@@ -8,18 +8,18 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from oio import launch
+from oio.cli import startup
 
-launch.begin(__name__)
+startup.begin(__name__)
 
 import hydra
 from hydra.utils import instantiate
 
 from hardware.backends.mujoco_sim import MujocoSim
-from hardware.emulators import choice, faults
-from hardware.emulators.bench import Emulated, emulated
-from oio.conf import CONF
-from oio.ending import ended
+from hardware.emulators import faults, options
+from hardware.emulators.emulated_bench import Emulated, emulated
+from oio.cli.exit_codes import ended
+from oio.core.folders import CONF
 
 KEYS = CONF / "emulate.yaml"
 # Servos have absolute encoders. With the paper's drift a joint that is led to its end is pressed against it, and the guard rightly stops.
@@ -44,7 +44,7 @@ def _run(arguments: Sequence[str]) -> None:
     if {"--help", "-h"} & set(arguments):
         sys.stdout.write(_help())
         return
-    chosen, overrides = choice.read(arguments, KEYS)
+    chosen, overrides = options.read(arguments, KEYS)
     overrides = [DRIFTLESS, *overrides]  # what is given comes later and holds
     stopped = _stopped()
     cfg = _composed(overrides)
@@ -75,7 +75,7 @@ def _at_eof() -> bool:
     return bool(select.select([sys.stdin], [], [], 0.0)[0]) and not os.read(sys.stdin.fileno(), 4096)
 
 
-def _connect(chosen: choice.Choice, cfg: Any, overrides: Sequence[str], bench: Emulated) -> str:
+def _connect(chosen: options.Choice, cfg: Any, overrides: Sequence[str], bench: Emulated) -> str:
     """The command line to paste."""
     words = ["backend=serial", f"sensor={cfg.sensor.name}", f"dof={cfg.dof}", f"seed={cfg.seed}", f"air={cfg.air.name}"]
     words += [word for word in overrides if word.partition("=")[0] not in TOLD and not word.startswith("backend.")]

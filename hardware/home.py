@@ -19,9 +19,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from oio import launch
+from oio.cli import startup
 
-launch.begin(__name__)
+startup.begin(__name__)
 
 import hydra
 import numpy as np
@@ -30,19 +30,19 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hardware.asked import answered, whole, words
-from hardware.links.find import found
-from hardware.links.port import NoAnswer, Unplugged, Wire, opened
-from hardware.servos import BUSES
-from hardware.servos.bus import Bus, Positions
-from hardware.turned import Turned, ends_deg, joined, ways
-from oio import stopping
-from oio.arm import Arm
-from oio.conf import CONF
-from oio.errors import BadInput, OioError
-from oio.homing import Homing
-from oio.places import whole as whole_arm
-from oio.records import Array
+from hardware.cli_args import answered, whole, words
+from hardware.drivers.servos.bus import Bus, Positions
+from hardware.drivers.servos.joint_calibration import Turned, ends_deg, joined, ways
+from hardware.drivers.servos.port import BUSES
+from hardware.transport.discovery import found
+from hardware.transport.port import NoAnswer, Unplugged, Wire, opened
+from oio.core import interrupt
+from oio.core.errors import BadInput, OioError
+from oio.core.folders import CONF
+from oio.core.records import Array
+from oio.gas.source import whole as whole_arm
+from oio.kinematics.arm import Arm
+from oio.kinematics.homing import Homing
 
 KEYS = {"driver": "feetech", "port": "", "arm": "so101", "repeats": "2", "out": "homing.json"}
 LOOK_S = 0.02
@@ -159,7 +159,7 @@ def _look(bus: Bus, wire: Wire, ids: list[int], i: int, turned: Turned) -> None:
 
 def _until_enter(entered: Done, look: Callable[[], None]) -> None:
     while not entered(LOOK_S):
-        stopping.check()
+        interrupt.check()
         look()
 
 

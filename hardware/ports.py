@@ -7,27 +7,27 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from oio import launch
+from oio.cli import startup
 
-launch.begin(__name__)
+startup.begin(__name__)
 
 from rich.console import Console
 from rich.markup import escape
 from serial.tools import list_ports
 
-from hardware.asked import answered
-from hardware.links.clock import Clock
-from hardware.links.device import Driver
-from hardware.links.find import named
-from hardware.links.mailbox import Mailbox
-from hardware.links.port import NoAnswer, Unplugged, opened
-from hardware.noses.intake import Intake
-from hardware.noses.line import Line, Sentence
-from hardware.noses.scd30 import Scd30
-from hardware.noses.scd41 import Scd41
-from hardware.servos import BUSES
-from oio import stopping
-from oio.errors import BadInput
+from hardware.cli_args import answered
+from hardware.drivers.noses.line import Line, Sentence
+from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.scd30 import Scd30
+from hardware.drivers.noses.scd41 import Scd41
+from hardware.drivers.servos.port import BUSES
+from hardware.transport.clock import Clock
+from hardware.transport.device import Driver
+from hardware.transport.discovery import named
+from hardware.transport.mailbox import Mailbox
+from hardware.transport.port import NoAnswer, Unplugged, opened
+from oio.core import interrupt
+from oio.core.errors import BadInput
 
 IDS = range(1, 8)  # of servos that are asked for
 
@@ -73,7 +73,7 @@ def noses() -> Iterator[Driver]:
 
 
 def _answer(path: str, baud: int, driver: Driver) -> str | None:
-    stopping.check()
+    interrupt.check()
     try:
         wire = opened(path, baud, "port")
     except (Unplugged, BadInput):
@@ -87,7 +87,7 @@ def _answer(path: str, baud: int, driver: Driver) -> str | None:
 
 
 def _servos(path: str, kind: str) -> str | None:
-    stopping.check()
+    interrupt.check()
     bus = BUSES[kind]()
     try:
         wire = opened(path, bus.baud, "port")

@@ -1,1 +1,4 @@
-"""Verbs: one stage per file; a stage gathers samples, calls the noun in `oio`, and returns a result."""
+"""Stages, one per file: gather samples through the context, call the mathematics in `oio`, return a result.
+
+May import: `oio`. May not import: `hardware`, or another stage.
+"""

@@ -3,17 +3,17 @@
 from dataclasses import replace
 from typing import ClassVar
 
-from oio.arm import Arm
-from oio.calibration import Baselines, BoutCalibration, Calibration, MapCalibration
-from oio.evidence import air_of
-from oio.knowledge import Knowledge, Nominal, calibrated, cold
-from oio.model import Wander
-from oio.pipeline import Context
-from oio.ranging import RangeLaw
-from oio.records import seconds
-from oio.report import calibration_yaml
-from oio.settings import settings
-from oio.uncertainty import Noise, assemble
+from oio.core.records import seconds
+from oio.core.settings import settings
+from oio.gas.range_law import RangeLaw
+from oio.inference.model_selection import air_of
+from oio.inference.prior import Knowledge, Nominal, calibrated, cold
+from oio.inference.state_space import Wander
+from oio.inference.uncertainty import Noise, assemble
+from oio.kinematics.arm import Arm
+from oio.results.calibration import Baselines, BoutCalibration, Calibration, MapCalibration
+from oio.results.calibration_file import calibration_yaml
+from oio.runtime.context import Context
 
 
 @settings

@@ -4,14 +4,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.bouts import Baseline as ElementBaseline
-from oio.bouts import baseline
-from oio.calibration import Baselines, Settled
-from oio.errors import NotSettled
-from oio.pipeline import Context
-from oio.protocols import Sensor
-from oio.records import GasReading, GasSample, seconds
-from oio.settings import in_range, settings
+from oio.core.errors import NotSettled
+from oio.core.interfaces import Sensor
+from oio.core.records import GasReading, GasSample, seconds
+from oio.core.settings import in_range, settings
+from oio.gas.bouts import Baseline as ElementBaseline
+from oio.gas.bouts import baseline
+from oio.results.calibration import Baselines, Settled
+from oio.runtime.context import Context
 
 PRIOR_READINGS = 10  # the data sheet's noise counts as this many readings when the noise scale is estimated
 

@@ -4,17 +4,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.arm import Arm
-from oio.bouts import Bout, BoutDetector, BoutRule, effective_samples
-from oio.calibration import Baselines, BoutCalibration
-from oio.pipeline import Context, sniff
-from oio.places import Source
-from oio.protocols import Sensor
-from oio.records import Array, GasReading
+from oio.core.interfaces import Sensor
+from oio.core.records import Array, GasReading
+from oio.core.settings import in_range, settings
+from oio.gas.bouts import Bout, BoutDetector, BoutRule, effective_samples
+from oio.gas.source import Source
+from oio.gas.trace import Trace
+from oio.inference.uncertainty import TypeA, type_a
+from oio.kinematics.arm import Arm
+from oio.results.calibration import Baselines, BoutCalibration
+from oio.runtime.context import Context, sniff
 from oio.search.bandit import Bandit, Values
-from oio.settings import in_range, settings
-from oio.trace import Trace
-from oio.uncertainty import TypeA, type_a
 
 
 @settings

@@ -2,17 +2,18 @@
 
 from typing import ClassVar
 
-from oio.arm import Arm
-from oio.beliefs import BeliefMap
-from oio.calibration import Calibration, Navigation
+from oio.core.interfaces import Sensor
+from oio.core.settings import settings
+from oio.estimators.base import Estimator
+from oio.estimators.odometry import Odometry
 from oio.figures.ekf import draw
-from oio.odometry import Odometry
-from oio.pipeline import Context
-from oio.protocols import Estimator, Sensor
-from oio.rerun import Rerun, Variant
-from oio.settings import settings
-from oio.stop import StopRule
-from oio.tracks import Tracks, tracks
+from oio.inference.belief_map import BeliefMap
+from oio.kinematics.arm import Arm
+from oio.results.calibration import Calibration, Navigation
+from oio.results.rescoring import Rerun, Variant
+from oio.results.tracks import Tracks, tracks
+from oio.runtime.context import Context
+from oio.search.stop_rule import StopRule
 
 
 @settings

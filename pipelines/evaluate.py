@@ -4,21 +4,22 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.arm import Arm
-from oio.beliefs import BeliefMap
-from oio.bounds import at_truth, cramer_rao, posterior
-from oio.calibration import Baselines, Calibration, Navigation
-from oio.errors import BadInput
-from oio.observability import blind_spots
-from oio.odometry import Odometry
-from oio.pipeline import Context
-from oio.protocols import Estimator, Sensor
-from oio.records import seconds
-from oio.rerun import Rerun, Variant
-from oio.settings import in_range, settings
-from oio.stop import StopRule
-from oio.summary import Evaluation
-from oio.verdict import Findings, Limits, judge
+from oio.core.errors import BadInput
+from oio.core.interfaces import Sensor
+from oio.core.records import seconds
+from oio.core.settings import in_range, settings
+from oio.estimators.base import Estimator
+from oio.estimators.odometry import Odometry
+from oio.inference.belief_map import BeliefMap
+from oio.inference.bounds import at_truth, cramer_rao, posterior
+from oio.inference.observability import blind_spots
+from oio.kinematics.arm import Arm
+from oio.results.calibration import Baselines, Calibration, Navigation
+from oio.results.rescoring import Rerun, Variant
+from oio.results.summary import Evaluation
+from oio.results.verdict import Findings, Limits, judge
+from oio.runtime.context import Context
+from oio.search.stop_rule import StopRule
 
 COLD_MAPS = ("all", "last")
 

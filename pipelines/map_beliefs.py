@@ -5,26 +5,27 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.arm import Arm
-from oio.batch import Fit
-from oio.beacon import beacon_problem, fit_beacon
-from oio.beliefs import BeliefMap, spheres_of
-from oio.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
-from oio.delay import Delay, estimated, shifted
-from oio.errors import BadInput, NotObservable
-from oio.knowledge import Nominal, calibrated
-from oio.metrics import nees
-from oio.model import Wander
-from oio.pipeline import Context, sniff
-from oio.places import Source
-from oio.problem import Problem
-from oio.protocols import Sensor
-from oio.ranging import RangeLaw
-from oio.records import Array, seconds
-from oio.settings import in_range, settings
-from oio.spheres import vertex
-from oio.trace import Sniffs, Trace
-from oio.uncertainty import Noise, localisation
+from oio.core.errors import BadInput, NotObservable
+from oio.core.interfaces import Sensor
+from oio.core.records import Array, seconds
+from oio.core.settings import in_range, settings
+from oio.gas.range_law import RangeLaw
+from oio.gas.source import Source
+from oio.gas.timing import Delay, shifted
+from oio.gas.trace import Sniffs, Trace
+from oio.inference.beacon_fit import beacon_problem, fit_beacon
+from oio.inference.belief_map import BeliefMap, spheres_of
+from oio.inference.delay_fit import estimated
+from oio.inference.forward_model import Problem
+from oio.inference.map_fit import Fit
+from oio.inference.metrics import nees
+from oio.inference.prior import Nominal, calibrated
+from oio.inference.state_space import Wander
+from oio.inference.trilateration import vertex
+from oio.inference.uncertainty import Noise, localisation
+from oio.kinematics.arm import Arm
+from oio.results.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
+from oio.runtime.context import Context, sniff
 
 
 @settings

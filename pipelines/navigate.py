@@ -5,21 +5,23 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.arm import Arm
-from oio.batch import Fit
-from oio.beliefs import BeliefMap
-from oio.bouts import BoutDetector, BoutRule
-from oio.calibration import Calibration, Navigation
-from oio.errors import WorldEnded
-from oio.odometry import Odometry
-from oio.pipeline import Context, sniff
-from oio.protocols import Estimator, Sensor, Strategy
-from oio.ranging import LAW
-from oio.records import GasReading, JointState, seconds
+from oio.core.errors import WorldEnded
+from oio.core.interfaces import Sensor
+from oio.core.records import GasReading, JointState, seconds
+from oio.core.settings import in_range, settings
+from oio.estimators.base import Estimator
+from oio.estimators.odometry import Odometry
+from oio.gas.bouts import BoutDetector, BoutRule
+from oio.gas.detection import Whiff
+from oio.gas.range_law import LAW
+from oio.inference.belief_map import BeliefMap
+from oio.inference.map_fit import Fit
+from oio.kinematics.arm import Arm
+from oio.results.calibration import Calibration, Navigation
+from oio.runtime.context import Context, sniff
+from oio.search.base import Strategy
+from oio.search.stop_rule import StopRule
 from oio.search.view import Move, View
-from oio.settings import in_range, settings
-from oio.stop import StopRule
-from oio.whiff import Whiff
 
 
 @settings

@@ -5,12 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.calibration import Settled
-from oio.errors import NotSettled
-from oio.pipeline import Context
-from oio.protocols import Sensor
-from oio.records import GasReading, GasSample, seconds
-from oio.settings import in_range, settings
+from oio.core.errors import NotSettled
+from oio.core.interfaces import Sensor
+from oio.core.records import GasReading, GasSample, seconds
+from oio.core.settings import in_range, settings
+from oio.results.calibration import Settled
+from oio.runtime.context import Context
 
 Window = list[deque[GasReading]]
 

@@ -10,7 +10,7 @@ import pytest
 from hydra.core.global_hydra import GlobalHydra
 from mcap.writer import Writer
 
-from oio import run
+from oio.cli import run
 
 ROOT = Path(__file__).resolve().parents[1]
 STAGES = ("assemble_qr", "baseline", "calibrate_bouts", "evaluate", "map_beliefs", "navigate", "warm_up")

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from hydra.errors import InstantiationException
 
-from oio.errors import BadInput
-from oio.pipeline import check_order
+from oio.core.errors import BadInput
+from oio.runtime.runner import check_order
 from oio.testing import check_air, check_stage
 
 CONF = Path(__file__).resolve().parents[1] / "conf"

@@ -12,7 +12,8 @@ import yaml
 from hydra.core.global_hydra import GlobalHydra
 from mcap.reader import make_reader
 
-from oio import run
+from oio.cli import run
+from oio.core.records import GasSample, JointState, Truth
 from oio.log import (
     read_attachment,
     read_beliefs,
@@ -25,8 +26,7 @@ from oio.log import (
     read_stages,
     read_states,
 )
-from oio.pipeline import check_order
-from oio.records import GasSample, JointState, Truth
+from oio.runtime.runner import check_order
 
 ROOT = Path(__file__).resolve().parents[1]
 REPEATS = ("stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0")
@@ -163,7 +163,7 @@ def test_the_config_is_whole_and_as_typed(made):
 
 def test_the_summary_has_its_schema(made):
     summary = made.summary
-    assert summary["schema"] == "oio.summary/1"
+    assert summary["schema"] == "oio.results.summary/1"
     assert set(summary) == SUMMARY
     assert set(summary["calibration"]) == {"time_s", "error_ppm", "u_a_ppm", "u_b_m", "moves"}
     assert set(summary["dead_reckoning"]) == {"nose_error_m"}
@@ -229,7 +229,7 @@ def quantities(node, path=""):
 
 def test_every_quantity_has_value_uncertainty_unit_freedom_and_method(made):
     document = made.yaml("calibration.yaml")
-    assert document["schema"] == "oio.calibration/1"
+    assert document["schema"] == "oio.results.calibration/1"
     found = dict(quantities(without(document, "paper_values")))
     assert len(found) > 15
     for path, quantity in found.items():

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from oio.core.records import GasSample, JointState
 from oio.log import read_beliefs, read_innovations, read_odometry, read_readings, read_samples
-from oio.records import GasSample, JointState
 
 ROOT = Path(__file__).resolve().parents[1]
 RECORD = ROOT / "tests" / "digests.json"

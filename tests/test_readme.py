@@ -13,7 +13,7 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.utils import instantiate
 
 import hardware.sensors
-from oio import run
+from oio.cli import run
 from oio.testing import check_sensor
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from oio import recover
-from oio.choices import choices
+from oio.cli import recover
+from oio.cli.help import choices
+from oio.core.records import GasSample
 from oio.log import read_metadata, read_samples, read_stages
-from oio.records import GasSample
 
 ROOT = Path(__file__).resolve().parents[1]
 CONF = ROOT / "conf"

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from hydra.core.global_hydra import GlobalHydra
 
-from oio.conf import CONF
-from oio.console import show_sweep
+from oio.cli.console import show_sweep
+from oio.cli.hydra_errors import as_known
+from oio.cli.run import refuse_bad_choices
+from oio.cli.sweep import sweep_rows
+from oio.core.folders import CONF
 from oio.log import read_metadata
-from oio.refusals import as_known
-from oio.run import refuse_bad_choices
-from oio.sweep import sweep_rows
 
 ROOT = Path(__file__).resolve().parents[1]
 TINY = ("stage=[warm_up,baseline]",)

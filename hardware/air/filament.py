@@ -3,7 +3,7 @@
 The source lets out Gaussian puffs at a steady rate. Each is carried by the mean wind, by a meander that all puffs share, and by a
 velocity of its own; both are Ornstein-Uhlenbeck processes, stepped so that the spread does not depend on the step. Puffs grow by
 sigma^2 = sigma_0^2 + 2 D age. A puff is forgotten when it is too old or too far away. Free space: no table, no walls, no arm.
-A plume that has stood for a while is drawn, not simulated: see `hardware.air.standing`.
+A plume that has stood for a while is drawn, not simulated: see `hardware.air.aged_plume`.
 """
 
 import math
@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from hardware.air import puffs
-from hardware.air.standing import Wander, stood
-from oio.records import Array
-from oio.settings import in_range, settings
+from hardware.air.aged_plume import Wander, stood
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
 
 
 @settings

@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from oio.records import Array
+from oio.core.records import Array
 
 Table = NDArray[np.float32]
 ROWS, AGE, SHARP, PEAK, SHARE = 10, 6, 7, 8, 9

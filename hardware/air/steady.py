@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oio.records import Array
-from oio.settings import in_range, settings
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
 
 
 @settings

@@ -11,14 +11,14 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from hardware.plant import Plant
-from oio.arm import Arm
-from oio.places import Source
-from oio.protocols import Air, Sensor
-from oio.records import Array, GasSample, JointState, WorldSample, nanoseconds, seconds
-from oio.safety import HOST, NOSE, Guard, Safety
-from oio.seeds import Seeds
-from oio.settings import in_range, settings
+from hardware.simulation.plant import Plant
+from oio.core.interfaces import Air, Sensor
+from oio.core.records import Array, GasSample, JointState, WorldSample, nanoseconds, seconds
+from oio.core.seeds import Seeds
+from oio.core.settings import in_range, settings
+from oio.gas.source import Source
+from oio.kinematics.arm import Arm
+from oio.motion.guard import HOST, NOSE, Guard, Safety
 
 FELT_EVERY = 5  # control ticks: 0.1 s
 

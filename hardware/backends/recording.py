@@ -6,14 +6,14 @@ from typing import NoReturn
 
 import numpy as np
 
-from hardware.recordings.places import nose_for
-from hardware.recordings.recorded import Loader
-from hardware.recordings.reel import Reel
-from oio.arm import Arm
-from oio.errors import BadInput, WorldEnded
-from oio.protocols import Sensor
-from oio.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
-from oio.settings import settings
+from hardware.recordings.playback import Reel
+from hardware.recordings.recording_parts import Loader
+from hardware.recordings.sensor_array import nose_for
+from oio.core.errors import BadInput, WorldEnded
+from oio.core.interfaces import Sensor
+from oio.core.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
+from oio.core.settings import settings
+from oio.kinematics.arm import Arm
 
 
 @settings

@@ -5,11 +5,11 @@ from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
-from oio.errors import BadInput, WorldEnded
+from oio.core.errors import BadInput, WorldEnded
+from oio.core.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds, seconds
+from oio.core.settings import settings
 from oio.log import read_end, read_metadata, read_samples
-from oio.pipeline import move_text
-from oio.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds, seconds
-from oio.settings import settings
+from oio.runtime.guarded_world import move_text
 
 _COMMANDS = ("move", "present")
 _SOURCES = ("none", "beacon", "source")

@@ -5,22 +5,22 @@ import os
 import sys
 from collections.abc import Iterator
 
-from hardware.backends.bench import Bench
-from hardware.links.clock import Clock
-from hardware.links.device import Device, Patience
-from hardware.links.mailbox import Mailbox
-from hardware.noses import NosePort
-from hardware.servos import NONE, ArmPort
-from hardware.servos.arm import ServoArm
-from hardware.servos.standing import Standing
-from hardware.valves import ValvePort
-from oio import stopping
-from oio.arm import Arm
-from oio.errors import BadInput
-from oio.places import Source
-from oio.protocols import Sensor
-from oio.safety import Safety
-from oio.settings import in_range, settings
+from hardware.backends.live_world import Bench
+from hardware.drivers.noses.port import NosePort
+from hardware.drivers.servos.fixed_mount import Standing
+from hardware.drivers.servos.port import NONE, ArmPort
+from hardware.drivers.servos.servo_arm import ServoArm
+from hardware.drivers.valves.port import ValvePort
+from hardware.transport.clock import Clock
+from hardware.transport.device import Device, Patience
+from hardware.transport.mailbox import Mailbox
+from oio.core import interrupt
+from oio.core.errors import BadInput
+from oio.core.interfaces import Sensor
+from oio.core.settings import in_range, settings
+from oio.gas.source import Source
+from oio.kinematics.arm import Arm
+from oio.motion.guard import Safety
 
 SWITCH_S = 2e-4  # of the interpreter, between threads: a sample that came in shall not wait for 5 ms, its default
 HOMING_S = 3.0  # the first move, to the arm's home, takes so long at least
@@ -102,12 +102,12 @@ class SerialPort:
 def _hands_off(bench: Bench) -> None:
     print(f"oio: the arm holds itself. Hands off: it goes home in {HANDS_OFF_S:g} s.", file=sys.stderr, flush=True)  # noqa: T201
     for _ in bench.samples(HANDS_OFF_S):
-        stopping.check()
+        interrupt.check()
 
 
 def _started(device: Device) -> None:
     device.start()
     while not device.ready.wait(0.1):
-        stopping.check()
+        interrupt.check()
     if device.error is not None:
         raise device.error

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Set
 from typing import Protocol
 
-from oio.records import Array
+from oio.core.records import Array
 
 Raw = Callable[[int], float]  # the value that an element's electronics put on the wire now
 Trouble = Set[str]  # kinds of `hardware.emulators.faults` that a device has now; whoever serves it changes the set

@@ -1,12 +1,12 @@
-"""A bus of Dynamixel X-series servos (XM430-W350; control table: see hardware/wire/dynamixel.py), ids from 1, set to 1 Mbaud.
+"""A bus of Dynamixel X-series servos (XM430-W350; control table: see hardware/codecs/dynamixel.py), ids from 1, set to 1 Mbaud.
 
 Only position mode moves anything. EEPROM cannot be written while torque is on, as in the real servo.
 """
 
+from hardware.codecs import dynamixel as dxl
 from hardware.emulators.bus import TICK_S, Bus
 from hardware.emulators.device import Joints, Trouble
 from hardware.emulators.motor import COUNTS, Memory, Motor
-from hardware.wire import dynamixel as dxl
 
 MODEL_XM430_W350, FIRMWARE = 1020, 45
 SIZE, EEPROM = 147, 64  # bytes of the table that is emulated; below 64 it is EEPROM

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
 
 WIRE = {
     "noise": "random bytes, alone and within what it says and hears",

@@ -1,12 +1,12 @@
-"""A bus of Feetech STS3215 servos (memory table: see hardware/wire/sts.py), ids from 1.
+"""A bus of Feetech STS3215 servos (memory table: see hardware/codecs/sts.py), ids from 1.
 
 Only position mode moves anything. EPROM behind its lock cannot be written at all; in a real servo such a change lasts until power-off.
 """
 
+from hardware.codecs import sts
 from hardware.emulators.bus import TICK_S, Bus
 from hardware.emulators.device import Joints, Trouble
 from hardware.emulators.motor import COUNTS, Memory, Motor
-from hardware.wire import sts
 
 SIZE, EPROM = 128, 40  # bytes of the table; below 40 it is EPROM
 READ_ONLY = (range(0, 5), range(56, 71))

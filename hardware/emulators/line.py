@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
+from hardware.codecs.line import Commands, sentence
 from hardware.emulators.device import Electronics, Trouble
-from hardware.wire.line import Commands, sentence
 
 NAME, VERSION = "OIO-NOSE", "1"  # as the firmware says
 FIRST_PERIOD_MS = 100

@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hardware.emulators import faults
+from hardware.emulators.emulated_port import Agenda, Served
 from hardware.emulators.faults import Fault
-from hardware.emulators.lab import Lab
-from hardware.emulators.served import Agenda, Served
+from hardware.emulators.realtime_plant import Lab
 
 
 class Loop:

@@ -3,8 +3,8 @@
 New values come every `update_s` of the sensor's profile, whatever its interval register says: profile=paper is quicker than any real part.
 """
 
+from hardware.codecs import modbus
 from hardware.emulators.device import Electronics, Trouble
-from hardware.wire import modbus
 
 ADDRESS = 0x61
 FIRMWARE, INTERVAL, READY, VALUES, RESET, START, STOP = 0x20, 0x25, 0x27, 0x28, 0x34, 0x36, 0x37

@@ -3,8 +3,8 @@
 New values come every `update_s` of the sensor's profile: 5 s for the real part.
 """
 
+from hardware.codecs import scd4x, shdlc
 from hardware.emulators.device import Electronics, Trouble
-from hardware.wire import scd4x, shdlc
 
 BRIDGE = 0x00
 OK, UNKNOWN_COMMAND, WRONG_DATA, TIMEOUT = 0x00, 0x02, 0x04, shdlc.I2C_TIMEOUT  # states; 02 and 04 are common to Sensirion's SHDLC devices

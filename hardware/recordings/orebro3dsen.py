@@ -5,11 +5,11 @@ from itertools import product
 
 import numpy as np
 
-from hardware.recordings.files import read_recording
-from hardware.recordings.recorded import Part, Recorded
-from hardware.recordings.table import Form, read_table
-from oio.errors import BadInput
-from oio.settings import settings
+from hardware.recordings.data_folder import read_recording
+from hardware.recordings.delimited_text import Form, read_table
+from hardware.recordings.recording_parts import Part, Recorded
+from oio.core.errors import BadInput
+from oio.core.settings import settings
 
 
 @settings

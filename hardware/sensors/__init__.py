@@ -1,1 +1,4 @@
-"""One transduction principle per file: frame to raw, raw to ppm and back, lag, noise, drift."""
+"""Sensors, one transduction principle per file: raw to ppm and back, timing, noise.
+
+May import: `oio.core`, `hardware.simulation.specimen`. May not import: drivers, worlds, the filter's models.
+"""

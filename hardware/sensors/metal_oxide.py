@@ -3,7 +3,7 @@
 import math
 
 from hardware.sensors.nose import Nose
-from oio.settings import settings
+from oio.core.settings import settings
 
 
 @settings

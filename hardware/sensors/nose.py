@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oio.errors import BadInput
-from oio.records import GasReading, GasSample
-from oio.settings import in_range, settings
+from oio.core.errors import BadInput
+from oio.core.records import GasReading, GasSample
+from oio.core.settings import in_range, settings
 
 
 @settings

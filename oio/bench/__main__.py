@@ -4,16 +4,16 @@ import signal
 import sys
 from collections.abc import Callable
 
-from oio import launch
+from oio.cli import startup
 
-launch.begin(__name__)
+startup.begin(__name__)
 
 from rich.console import Console
 
 from oio.bench import accuracy, drift, filters
-from oio.bench.words import SOURCE
-from oio.ending import ended
-from oio.errors import BadInput
+from oio.bench.arguments import SOURCE
+from oio.cli.exit_codes import ended
+from oio.core.errors import BadInput
 
 COMMANDS: dict[str, Callable[[list[str]], None]] = {"accuracy": accuracy.run, "drift": drift.run, "filters": filters.run}
 HEADER = """[bold]Benchmarks[/bold] of olfactory inertial odometry, over many seeds:

@@ -8,17 +8,17 @@ from typing import Any
 
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from oio.bench.folder import Record, Sheet, claimed, names, write
+from oio.bench.arguments import Words, read
+from oio.bench.case_summary import Row, rows
+from oio.bench.output_folder import Record, Sheet, claimed, names, write
 from oio.bench.parallel import as_they_come
-from oio.bench.row import Row, rows
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.table import show
 from oio.bench.trial import attempt, setting
-from oio.bench.words import Words, read
-from oio.choices import choices
-from oio.conf import CONF
-from oio.errors import BadInput, OioError
-from oio.table_1 import table_1
+from oio.cli.help import choices
+from oio.cli.table_1 import table_1
+from oio.core.errors import BadInput, OioError
+from oio.core.folders import CONF
 
 GROUPS = ("sensor", "air", "search", "ekf")
 PER_JOB = 4  # trials that a worker gets at a time: most of one case, so that it seldom composes another

@@ -4,14 +4,14 @@ import itertools
 from dataclasses import asdict
 from pathlib import Path
 
+from oio.bench.arguments import Words, read
 from oio.bench.drift_table import Row, Trials, rows, show
 from oio.bench.drift_trial import SOURCES, Case, Times, attempt
-from oio.bench.folder import claimed, names, write
-from oio.bench.nose import Off
+from oio.bench.nose_error import Off
+from oio.bench.output_folder import claimed, names, write
 from oio.bench.parallel import as_they_come
 from oio.bench.trial import setting
-from oio.bench.words import Words, read
-from oio.errors import BadInput
+from oio.core.errors import BadInput
 
 TABLE, TRIALS, FIGURE = "drift.csv", "trials.csv", "drift.png"
 

@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from oio.bench.drift_trial import Case, Times
-from oio.bench.nose import Off
+from oio.bench.nose_error import Off
 
 Trials = Sequence[tuple[Case, int, list[Off], str]]  # case, seed, figures, why there are none
 HEADS = ("after [s]", "n", "failed", "filter [mm]", "worst", "claimed", "in 95 % [%]", "dead reckoning [mm]", "ratio")

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oio.bench.hover import Hover, Hovered
-from oio.bench.nose import NoseLog, Off, errors, off
+from oio.bench.nose_error import NoseLog, Off, errors, off
 from oio.bench.trial import experiment
-from oio.calibration import Navigation
-from oio.conf import CONF
-from oio.experiment import Experiment
-from oio.pipeline import run_stages
-from oio.protocols import Stage
-from oio.refusals import as_known
+from oio.cli.experiment import Experiment
+from oio.cli.hydra_errors import as_known
+from oio.core.folders import CONF
+from oio.results.calibration import Navigation
+from oio.runtime.runner import Stage, run_stages
 
 CALIBRATION = ("warm_up", "baseline", "calibrate_bouts", "map_beliefs", "assemble_qr")
 SOURCES = ("known", "unknown")

@@ -9,14 +9,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from oio.bench.folder import claimed, names, write
-from oio.bench.steps import Course, begun, course, filterpy_alone, matrices, model_alone
+from oio.bench.arguments import Words, read
+from oio.bench.filter_workload import Course, begun, course, filterpy_alone, matrices, model_alone
+from oio.bench.output_folder import claimed, names, write
 from oio.bench.trial import setting
-from oio.bench.words import Words, read
-from oio.choices import choices
-from oio.conf import CONF
-from oio.errors import BadInput
-from oio.protocols import Estimator
+from oio.cli.help import choices
+from oio.core.errors import BadInput
+from oio.core.folders import CONF
+from oio.estimators.base import Estimator
 
 TABLE = "filters.csv"
 HEADS = ("filter", "step [us]", "filterpy's algebra [us]", "ratio", "filterpy with the model [us]", "ratio")

@@ -5,13 +5,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.arm import Arm
-from oio.beliefs import BeliefMap
-from oio.calibration import Calibration, MapCalibration
-from oio.odometry import Odometry, begun_from_best
-from oio.pipeline import Context, sniff
-from oio.protocols import Begins, Estimator, Sensor
-from oio.records import Array, JointState, seconds
+from oio.core.interfaces import Sensor
+from oio.core.records import Array, JointState, seconds
+from oio.estimators.base import Begins, Estimator
+from oio.estimators.odometry import Odometry, begun_from_best
+from oio.inference.belief_map import BeliefMap
+from oio.kinematics.arm import Arm
+from oio.results.calibration import Calibration, MapCalibration
+from oio.runtime.context import Context, sniff
 
 CERTAIN = 10**9  # measurements: none of Type B is left in the place of a source that is known
 

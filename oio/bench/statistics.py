@@ -4,7 +4,7 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import chi2
 
-from oio.metrics import COVERAGE
+from oio.inference.metrics import COVERAGE
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from oio.bench.row import Row
+from oio.bench.case_summary import Row
 from oio.bench.score import Case
 
 HEADS = (

@@ -10,15 +10,15 @@ import hydra
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from oio.calibration import Calibration
-from oio.conf import CONF
-from oio.errors import BadInput
-from oio.experiment import Experiment
+from oio.cli.experiment import Experiment
+from oio.cli.hydra_errors import as_known
+from oio.cli.run import build, plugins
+from oio.core.errors import BadInput
+from oio.core.folders import CONF
 from oio.log import MemoryLog
-from oio.pipeline import run_stages
-from oio.refusals import as_known
-from oio.run import build, plugins
-from oio.summary import Evaluation, summary
+from oio.results.calibration import Calibration
+from oio.results.summary import Evaluation, summary
+from oio.runtime.runner import run_stages
 
 
 @functools.lru_cache(maxsize=4)

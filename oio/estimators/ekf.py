@@ -1,10 +1,10 @@
 """The extended Kalman filter with lag, drift and fluctuation in its state; update in Joseph form (Bucy & Joseph 1968)."""
 
-from oio.estimators.joseph import condition
-from oio.estimators.step import predicted
-from oio.model import Model
-from oio.records import Belief, GasReading, Innovation, JointState
-from oio.settings import in_range, settings
+from oio.core.records import Belief, GasReading, Innovation, JointState
+from oio.core.settings import in_range, settings
+from oio.estimators.joseph_update import condition
+from oio.estimators.propagation import predicted
+from oio.inference.state_space import Model
 
 
 @settings

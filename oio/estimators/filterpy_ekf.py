@@ -3,10 +3,10 @@
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from oio.estimators.joseph import surprise, told
-from oio.model import Model
-from oio.records import Belief, GasReading, Innovation, JointState, seconds
-from oio.settings import in_range, settings
+from oio.core.records import Belief, GasReading, Innovation, JointState, seconds
+from oio.core.settings import in_range, settings
+from oio.estimators.joseph_update import surprise, told
+from oio.inference.state_space import Model
 
 
 @settings

@@ -1,14 +1,14 @@
 """A sliding-window smoother: the last readings stay open, their steps linearised anew whenever a reading tells more of them."""
 
-from oio.estimators.window import Window
-from oio.model import Model
-from oio.records import Belief, GasReading, Innovation, JointState
-from oio.settings import in_range, settings
+from oio.core.records import Belief, GasReading, Innovation, JointState
+from oio.core.settings import in_range, settings
+from oio.estimators.smoothing_window import Window
+from oio.inference.state_space import Model
 
 
 @settings
 class FixedLag:
-    """A window of some readings (see `oio.estimators.window`); with one reading it is the iterated filter."""
+    """A window of some readings (see `oio.estimators.smoothing_window`); with one reading it is the iterated filter."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
     readings: int  # in the window; the oldest goes into the anchor

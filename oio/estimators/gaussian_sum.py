@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oio.batch import Fit
-from oio.model import Model
-from oio.protocols import Estimator
-from oio.records import Array, Belief, GasReading, Innovation, JointState
-from oio.settings import in_range, settings
+from oio.core.records import Array, Belief, GasReading, Innovation, JointState
+from oio.core.settings import in_range, settings
+from oio.estimators.base import Estimator
+from oio.inference.map_fit import Fit
+from oio.inference.state_space import Model
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,14 +1,14 @@
 """The iterated extended Kalman filter: the steps since the last reading are linearised anew about what the next one tells of them."""
 
-from oio.estimators.window import Window
-from oio.model import Model
-from oio.records import Belief, GasReading, Innovation, JointState
-from oio.settings import in_range, settings
+from oio.core.records import Belief, GasReading, Innovation, JointState
+from oio.core.settings import in_range, settings
+from oio.estimators.smoothing_window import Window
+from oio.inference.state_space import Model
 
 
 @settings
 class Iterated:
-    """A window of one reading (see `oio.estimators.window`); with one iteration it is the extended Kalman filter."""
+    """A window of one reading (see `oio.estimators.smoothing_window`); with one iteration it is the extended Kalman filter."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
     iterations: int  # at most

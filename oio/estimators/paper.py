@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from oio.estimators.joseph import condition
-from oio.model import Model
-from oio.ranging import LAW, concentration
-from oio.records import Array, Belief, GasReading, Innovation, JointState, seconds
-from oio.settings import in_range, settings
+from oio.core.records import Array, Belief, GasReading, Innovation, JointState, seconds
+from oio.core.settings import in_range, settings
+from oio.estimators.joseph_update import condition
+from oio.gas.range_law import LAW, concentration
+from oio.inference.state_space import Model
 
 
 @settings

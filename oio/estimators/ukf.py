@@ -3,12 +3,12 @@
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints
 
-from oio.errors import BadInput
-from oio.estimators.joseph import condition
-from oio.estimators.sigma import propagated
-from oio.model import Model
-from oio.records import Belief, GasReading, Innovation, JointState
-from oio.settings import in_range, settings
+from oio.core.errors import BadInput
+from oio.core.records import Belief, GasReading, Innovation, JointState
+from oio.core.settings import in_range, settings
+from oio.estimators.joseph_update import condition
+from oio.estimators.sigma_points import propagated
+from oio.inference.state_space import Model
 
 
 @settings

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
 from oio.figures.picture import draw
 
 

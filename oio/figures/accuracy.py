@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from oio.figures.style import CALIBRATED, DEAD, RC, TRUTH
-from oio.metrics import COVERAGE
+from oio.inference.metrics import COVERAGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from oio.core.records import Array
 from oio.figures.geometry import ellipse, limits
 from oio.figures.style import BELIEVED, CALIBRATED, DEAD, RC, SOURCE, TRUTH
-from oio.records import Array
-from oio.tracks import Tracks
+from oio.results.tracks import Tracks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.stats import chi2
 
-from oio.figures.story import Story
-from oio.metrics import COVERAGE, bearing
-from oio.records import Array
+from oio.core.records import Array
+from oio.figures.run_history import Story
+from oio.inference.metrics import COVERAGE, bearing
 
 
 def ellipse(mean_m: Array, cov_m2: Array) -> Array:

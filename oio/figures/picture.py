@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.figures.run_history import read_story
 from oio.figures.search_map import search_map
-from oio.figures.story import read_story
 from oio.figures.style import RC
 from oio.figures.timelines import gas, nose_error, source_error
 from oio.figures.titles import ending, headline, read_summary

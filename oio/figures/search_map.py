@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from oio.core.records import Array
 from oio.figures.geometry import ellipse, limits
-from oio.figures.story import Course, Story
+from oio.figures.run_history import Course, Story
 from oio.figures.style import BEACON, BELIEVED, CALIBRATED, DEAD, SOURCE, TRUTH
-from oio.records import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from oio.core.records import Array, seconds
 from oio.figures.geometry import rows, source_errors
-from oio.figures.story import Story
+from oio.figures.run_history import Story
 from oio.figures.style import CALIBRATED, DEAD, ELEMENTS, SHADES
 from oio.figures.titles import Document, number
-from oio.records import Array, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

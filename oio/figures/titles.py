@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from oio.errors import BadInput
-from oio.summary import SCHEMA
+from oio.core.errors import BadInput
+from oio.results.summary import SCHEMA
 
 Document = dict[str, Any]
 

@@ -1,6 +1,10 @@
-"""The log of a run: one MCAP file (Protobuf, Foxglove schemas where one fits). Nothing else in OIO knows the format."""
+"""The log of a run: one MCAP file (Protobuf, Foxglove schemas where one fits). Nothing else in OIO knows the format.
 
-from oio.log.memory import MemoryLog
+May import: `oio.core`. May not import: anything that interprets what is logged.
+"""
+
+from oio.log.damage_survey import Salvage
+from oio.log.memory_log import MemoryLog
 from oio.log.read import (
     read_attachment,
     read_beliefs,
@@ -15,7 +19,6 @@ from oio.log.read import (
     read_states,
 )
 from oio.log.salvage import recover, salvage
-from oio.log.survey import Salvage
 from oio.log.write import RunLog, Watcher
 
 __all__ = [

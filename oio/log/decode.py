@@ -7,8 +7,8 @@ import numpy as np
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
 
+from oio.core.records import Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
 from oio.log import schemas
-from oio.records import Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
 
 
 def _joint_state(t_ns: int, data: bytes) -> JointState:

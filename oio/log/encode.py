@@ -15,8 +15,8 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
+from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
 from oio.log import schemas
-from oio.records import SECOND_NS, Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
 
 Topics = dict[str, Any]  # what one record becomes: a message for each topic
 JOINTS, TRUTH, EVENTS = "/arm/joint_states", "/truth/state", "/events"

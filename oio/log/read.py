@@ -8,12 +8,12 @@ from typing import TypeVar
 from mcap.reader import make_reader
 from mcap.records import Attachment, Message
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
 from oio.log import decode
-from oio.log.check import check, refuse_damaged
-from oio.log.scan import DAMAGE, Picker, records, written
+from oio.log.record_scanner import DAMAGE, Picker, records, written
 from oio.log.scene import hypotheses
-from oio.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
+from oio.log.validation import check, refuse_damaged
 
 T = TypeVar("T")
 

@@ -8,10 +8,10 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 from mcap.writer import Writer
 
-from oio.errors import BadInput
-from oio.log.check import index_is_sound, metadata, refuse_foreign
-from oio.log.part import open_writer
-from oio.log.survey import Salvage, sound_records, survey
+from oio.core.errors import BadInput
+from oio.log.damage_survey import Salvage, sound_records, survey
+from oio.log.part_file import open_writer
+from oio.log.validation import index_is_sound, metadata, refuse_foreign
 
 
 def recover(path: Path, out: Path) -> int:

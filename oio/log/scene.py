@@ -13,8 +13,8 @@ from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from scipy.spatial.transform import Rotation
 
+from oio.core.records import Array
 from oio.log.encode import pose, stamp
-from oio.records import Array
 
 CHI2_95 = 7.81  # 95 % quantile of chi-square with 3 degrees of freedom
 _SHELL = Color(r=0.2, g=0.5, b=1.0, a=0.12)

@@ -1,7 +1,7 @@
 """The `oio.v1` messages, built from a table at import: no protoc, and the whole format can be read here.
 
 Where Foxglove has a schema that fits, it is used instead (`oio/log/encode.py`), so that its viewer draws it without a plug-in.
-Units end the names; a message without one holds what its record in `oio/records.py` says. All times are `stamp`.
+Units end the names; a message without one holds what its record in `oio/core/records.py` says. All times are `stamp`.
 """
 
 from typing import Any

@@ -5,12 +5,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
 from oio.log import encode, schemas
-from oio.log.part import Part
-from oio.log.plain import to_json
+from oio.log.part_file import Part
+from oio.log.plain_json import to_json
 from oio.log.read import samples_written
 from oio.log.scene import scene
-from oio.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
 
 Watcher = Callable[[str, str, int, str, str], None]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oio.arm import Arm
-from oio.records import Array
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.kinematics.arm import Arm
 from oio.search.view import View
-from oio.settings import in_range, settings
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,11 +8,11 @@ before. In space casts go round in the plane across, by the golden angle, so tha
 
 import numpy as np
 
-from oio.records import Array
-from oio.search.sniffed import goals, law, offset
-from oio.search.steps import anywhere, diagonal_m, tangent, toward
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.search.sniff_history import goals, law, offset
+from oio.search.step_planning import anywhere, diagonal_m, tangent, toward
 from oio.search.view import Move, View
-from oio.settings import in_range, settings
 
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # rad
 ALONG = 0.9  # a direction of the nose with less than this across the wind (sine) is along it

@@ -9,11 +9,11 @@ posterior of the source under it is a rank-one update of the belief. Where hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from oio.ranging import LAW, concentration
-from oio.records import Array
-from oio.search.scout import scout
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.gas.range_law import LAW, concentration
+from oio.search.exploration import scout
 from oio.search.view import View
-from oio.settings import in_range, settings
 
 
 @settings

@@ -7,11 +7,11 @@ in stochastic hill climbing (Rastrigin 1963) and much as bacteria do by chemotax
 
 import numpy as np
 
-from oio.records import Array
-from oio.search.sniffed import sniffed
-from oio.search.steps import diagonal_m, tangent, toward
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.search.sniff_history import sniffed
+from oio.search.step_planning import diagonal_m, tangent, toward
 from oio.search.view import View
-from oio.settings import in_range, settings
 
 
 @settings

@@ -1,7 +1,7 @@
 """Infotaxis: the next sniff is the one that is expected to take most entropy from the place of the source, per second.
 
 Vergassola, Villermaux, Shraiman (2007), Nature 445:406. There, hits are counted and the posterior is a map; here, a sniff has a signal,
-and the posterior is a cloud of places (`oio.search.cloud`). What a sniff may say is cut into levels that the cloud expects equally often;
+and the posterior is a cloud of places (`oio.search.source_posterior`). What a sniff may say is cut into levels that the cloud expects equally often;
 the expected drop of entropy is the mutual information of level and place,
 
 I = H(level) - sum_j w_j H(level | place j) >= 0.
@@ -14,12 +14,12 @@ drawn from the cloud. Per second beats per move: after 30 s of the model's own g
 import numpy as np
 from scipy.special import ndtr, ndtri, xlogy
 
-from oio.records import Array
-from oio.search.cloud import Cloud, Likelihood, posterior
-from oio.search.sniffed import here, offset, sniffed
-from oio.search.steps import allowed, anywhere, nearest
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.search.sniff_history import here, offset, sniffed
+from oio.search.source_posterior import Cloud, Likelihood, posterior
+from oio.search.step_planning import allowed, anywhere, nearest
 from oio.search.view import View
-from oio.settings import in_range, settings
 
 MASS = 0.999  # of the cloud that is looked at
 DRAWN = 10  # poses for every candidate anywhere: most have their nose out of its box

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from oio.records import Array
-from oio.search.steps import anywhere
+from oio.core.records import Array
+from oio.core.settings import settings
+from oio.search.step_planning import anywhere
 from oio.search.view import View
-from oio.settings import settings
 
 
 @settings

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from oio.arm import Arm
-from oio.batch import Fit
-from oio.model import Model
-from oio.records import Array, Belief
+from oio.core.records import Array, Belief
+from oio.inference.map_fit import Fit
+from oio.inference.state_space import Model
+from oio.kinematics.arm import Arm
 
 
 @dataclass(frozen=True)

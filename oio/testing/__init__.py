@@ -1,6 +1,6 @@
 """Conformance suites, one per protocol, for our own plug-ins and for those of others: call one in a test of your package.
 
-Each raises AssertionError with a sentence that says which promise is broken.
+May import: `oio.search`, `oio.runtime` and below. May not import: results, the command line.
 """
 
 from oio.testing.estimators import check_estimator

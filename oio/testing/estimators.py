@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from oio.model import Model
-from oio.protocols import Estimator
-from oio.records import Belief, GasReading, Innovation, JointState
+from oio.core.records import Belief, GasReading, Innovation, JointState
+from oio.estimators.base import Estimator
+from oio.inference.state_space import Model
 from oio.testing.promises import bits, frozen, promise
 
 ROUNDING = 1e-9  # of a correlation matrix

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
 
 
 def promise(holds: bool, sentence: str) -> None:

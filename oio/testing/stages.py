@@ -2,9 +2,8 @@
 
 import inspect
 
-from oio.errors import BadInput
-from oio.pipeline import gives
-from oio.protocols import Stage
+from oio.core.errors import BadInput
+from oio.runtime.runner import Stage, gives
 from oio.testing.promises import frozen, promise
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from oio.errors import BadInput
-from oio.protocols import Strategy
+from oio.core.errors import BadInput
+from oio.search.base import Strategy
 from oio.search.view import View
 from oio.testing.promises import bits, frozen, promise
 

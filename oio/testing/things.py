@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from oio.protocols import Air, LiveAir, Sensor, Unit
-from oio.records import Array, GasSample
+from oio.core.interfaces import Air, LiveAir, Sensor, Unit
+from oio.core.records import Array, GasSample
 from oio.testing.promises import frozen, promise, refused
 
 EXPOSURES_PPM = (100.0, 1000.0)  # clean and not; every law answers to such a step

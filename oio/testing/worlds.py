@@ -6,11 +6,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from oio.arm import Arm
+from oio.core.interfaces import Backend, World
+from oio.core.records import GasSample, JointState, WorldSample, nanoseconds
+from oio.kinematics.arm import Arm
 from oio.log import RunLog
-from oio.pipeline import Watched
-from oio.protocols import Backend, World
-from oio.records import GasSample, JointState, WorldSample, nanoseconds
+from oio.runtime.guarded_world import Watched
 from oio.testing.promises import bits, frozen, promise, refused
 
 

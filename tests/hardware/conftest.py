@@ -18,9 +18,9 @@ from typing import Any, TextIO
 
 import pytest
 
+from oio.cli.recover import main as recover
+from oio.core.records import Event, GasSample, JointState, WorldSample
 from oio.log import read_samples
-from oio.records import Event, GasSample, JointState, WorldSample
-from oio.recover import main as recover
 
 ROOT = Path(__file__).resolve().parents[2]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

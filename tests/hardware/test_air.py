@@ -8,7 +8,7 @@ import pytest
 from scipy.special import erfc
 
 from hardware.air.filament import Filament
-from oio.errors import BadInput
+from oio.core.errors import BadInput
 
 SOURCE = np.array([0.3, 0.05, 0.2])
 

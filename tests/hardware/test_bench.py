@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hardware.backends.bench import Bench
-from hardware.links.mailbox import Arrived, Mailbox
-from oio.records import SECOND_NS, Event, GasSample, JointState
+from hardware.backends.live_world import Bench
+from hardware.transport.mailbox import Arrived, Mailbox
+from oio.core.records import SECOND_NS, Event, GasSample, JointState
 
 MS = SECOND_NS // 1000
 HOLD_S = 0.06

@@ -8,6 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hardware.codecs import dynamixel, modbus, sts
+from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.scd30 import INTERVAL, Scd30
+from hardware.drivers.noses.scd41 import Scd41
+from hardware.drivers.servos.dynamixel import Dynamixel
+from hardware.drivers.servos.feetech import Feetech
+from hardware.drivers.servos.port import BUSES, ArmPort
+from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.emulators.device import Electronics
 from hardware.emulators.dynamixel import CURRENT_LIMIT
 from hardware.emulators.dynamixel import Dynamixel as DynamixelBus
@@ -15,18 +23,10 @@ from hardware.emulators.feetech import Feetech as FeetechBus
 from hardware.emulators.scd30 import Scd30 as Part30
 from hardware.emulators.scd41 import Scd41 as Part41
 from hardware.emulators.scd41 import SensorBridge
-from hardware.links.mailbox import Mailbox
-from hardware.links.port import NoAnswer
-from hardware.noses.intake import Intake
-from hardware.noses.scd30 import INTERVAL, Scd30
-from hardware.noses.scd41 import Scd41
-from hardware.servos import BUSES, ArmPort
-from hardware.servos.arm import ServoArm
-from hardware.servos.dynamixel import Dynamixel
-from hardware.servos.feetech import Feetech
-from hardware.wire import dynamixel, modbus, sts
-from oio.errors import OioError
-from oio.records import nanoseconds
+from hardware.transport.mailbox import Mailbox
+from hardware.transport.port import NoAnswer
+from oio.core.errors import OioError
+from oio.core.records import nanoseconds
 
 IDS = [1, 2, 3, 4, 5]
 
@@ -72,7 +72,7 @@ def co2(monkeypatch):
         sleeping = SimpleNamespace(
             sleep=lambda s: (setattr(clock, "t_s", clock.t_s + s), device.spoken(clock.t_s)), monotonic=time.monotonic
         )
-        for module in (f"hardware.noses.{name}", "hardware.noses.pace"):
+        for module in (f"hardware.drivers.noses.{name}", "hardware.drivers.noses.poll_schedule"):
             monkeypatch.setattr(f"{module}.time", sleeping)
         made = Scd30 if name == "scd30" else Scd41
         return made(Intake(box, 1, 40_000.0, 1000), clock, sample_s), wire, clock, box
@@ -176,7 +176,7 @@ def test_an_old_goal_never_makes_an_arm_jump(built, monkeypatch, bus_of, driver,
 def test_no_number_from_an_scd30_is_counted(co2, monkeypatch):
     nose, wire, clock, box = co2("scd30", 2.0)
     nose.begin(wire)
-    monkeypatch.setattr("hardware.noses.scd30.modbus.floats", lambda words: (float("nan"),))
+    monkeypatch.setattr("hardware.drivers.noses.scd30.modbus.floats", lambda words: (float("nan"),))
     while clock.t_s < 9.0:
         nose.turn(wire)
         clock.t_s += 0.1

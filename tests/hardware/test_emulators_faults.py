@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.emulators.faults import ARM, NOSE, WIRE, Chance, Fault, kinds, now, read, spoilt
-from oio.errors import BadInput
+from oio.core.errors import BadInput
 
 CHANCE = Chance(count=4, within_s=100.0, longest_s=10.0)
 ALL = kinds("line", "feetech", "line")

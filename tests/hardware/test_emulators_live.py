@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.emulators import choice
-from hardware.emulators.bench import emulated
-from hardware.emulators.lab import SLIP_S, Lab
+from hardware.codecs import dynamixel, modbus, scd4x, shdlc, sts
+from hardware.codecs.line import Lines
+from hardware.emulators import options
+from hardware.emulators.emulated_bench import emulated
 from hardware.emulators.line import BOOT_S
-from hardware.wire import dynamixel, modbus, scd4x, shdlc, sts
-from hardware.wire.line import Lines
-from oio.errors import BadInput
-from oio.records import JointState
+from hardware.emulators.realtime_plant import SLIP_S, Lab
+from oio.core.errors import BadInput
+from oio.core.records import JointState
 from oio.testing import check_live_backend
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -65,7 +65,7 @@ def up(built, tmp_path):
     """up(nose="scd30", faults=...): the emulated bench and its ports."""
 
     def made(*overrides, speed=SPEED, **own):
-        chosen, words = choice.read([f"{key}={value}" for key, value in {"speed": speed, "out": tmp_path, **own}.items()], KEYS)
+        chosen, words = options.read([f"{key}={value}" for key, value in {"speed": speed, "out": tmp_path, **own}.items()], KEYS)
         return emulated(chosen, built("backend", *QUIET, *words, *overrides))
 
     return made
@@ -312,12 +312,12 @@ def test_an_error_in_the_loop_is_raised_at_the_end(up):
 )
 def test_bad_words_are_refused(words, says):
     with pytest.raises(BadInput, match=says):
-        choice.read(words, KEYS)
+        options.read(words, KEYS)
 
 
 def test_the_sensor_follows_the_nose_unless_it_is_named(up):
-    assert choice.read(["nose=scd41"], KEYS)[1] == ["sensor=pa"]
-    assert choice.read(["nose=line", "sensor=mox_mq", "dof=2"], KEYS)[1] == ["sensor=mox_mq", "dof=2"]
+    assert options.read(["nose=scd41"], KEYS)[1] == ["sensor=pa"]
+    assert options.read(["nose=line", "sensor=mox_mq", "dof=2"], KEYS)[1] == ["sensor=mox_mq", "dof=2"]
     with pytest.raises(BadInput, match="sensor=ec goes with nose=line"), up("sensor=ec", nose="scd30"):
         pass
 

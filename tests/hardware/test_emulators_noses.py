@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hardware.codecs import modbus, scd4x, shdlc
+from hardware.codecs.line import Lines
 from hardware.emulators.device import Electronics
 from hardware.emulators.line import HOLD_S, LineNose, Valve
 from hardware.emulators.scd30 import BOOT_S, Scd30
 from hardware.emulators.scd41 import Scd41, SensorBridge
-from hardware.wire import modbus, scd4x, shdlc
-from hardware.wire.line import Lines
 
 ADDRESS = 0x61
 DATA_SHEET_PPM = modbus.floats((0x43DB, 0x8C2E))[0]  # 439.095, the interface description's example

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hardware.codecs import dynamixel as dxl
+from hardware.codecs import sts
 from hardware.emulators import dynamixel as dynamixel_bus
 from hardware.emulators.dynamixel import Dynamixel
 from hardware.emulators.feetech import Feetech
-from hardware.wire import dynamixel as dxl
-from hardware.wire import sts
 
 STEP = 2 * math.pi / 4096
 COUNT = st.integers(0, 4095)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from hardware.emulators import choice
-from hardware.emulators.bench import emulated
-from hardware.wire import dynamixel, sts
+from hardware.codecs import dynamixel, sts
+from hardware.emulators import options
+from hardware.emulators.emulated_bench import emulated
 
 KEYS = Path(__file__).resolve().parents[2] / "conf" / "emulate.yaml"
 WHY = "a vendor's stack is not installed: pip install oio[oracles]"
@@ -22,7 +22,7 @@ def up(built, tmp_path):
 
     @contextlib.contextmanager
     def made(**own):
-        chosen, overrides = choice.read([f"{key}={value}" for key, value in {"out": tmp_path, "valve": "none", **own}.items()], KEYS)
+        chosen, overrides = options.read([f"{key}={value}" for key, value in {"out": tmp_path, "valve": "none", **own}.items()], KEYS)
         with emulated(chosen, built("backend", "air=steady", "dof=3", "seed=1", *overrides)) as bench, bench.loop.running():
             yield {name: str(path) for name, path in bench.ports.items()}
 

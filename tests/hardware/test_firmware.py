@@ -18,7 +18,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hardware.wire.line import Commands, Lines
+from hardware.codecs.line import Commands, Lines
 
 SPEED = 3.0  # times real time, if the machine is free; nothing depends on it
 PATIENCE_S = 120.0  # for a busy machine

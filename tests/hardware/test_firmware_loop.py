@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 from hardware.backends.mujoco_sim import MujocoSim
+from hardware.emulators.emulated_port import Agenda, Served
 from hardware.emulators.feetech import Feetech
-from hardware.emulators.lab import Lab
 from hardware.emulators.loop import Loop
 from hardware.emulators.pty import Port
-from hardware.emulators.served import Agenda, Served
+from hardware.emulators.realtime_plant import Lab
+from oio.core.records import Event, GasSample
 from oio.log import read_samples
-from oio.records import Event, GasSample
 
 ROOT = Path(__file__).resolve().parents[2]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from hardware import home
-from hardware.servos.bus import Felt
-from hardware.turned import Turned, ends_deg, joined, ways
-from oio.errors import BadInput, OioError
-from oio.homing import Homing
-from oio.knowledge import prior
-from oio.problem import Layout
+from hardware.drivers.servos.bus import Felt
+from hardware.drivers.servos.joint_calibration import Turned, ends_deg, joined, ways
+from oio.core.errors import BadInput, OioError
+from oio.inference.forward_model import Layout
+from oio.inference.prior import prior
+from oio.kinematics.homing import Homing
 
 TURN = 4096
 DEGREES = 360.0 / TURN

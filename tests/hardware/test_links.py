@@ -16,15 +16,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.links import find
-from hardware.links.asking import asked, insisted
-from hardware.links.clock import JUMP_S, WRAP_MS, Clock, DeviceClock, suspended_ns
-from hardware.links.device import Device, Patience
-from hardware.links.mailbox import Arrived, Mailbox
-from hardware.links.port import NoAnswer, Unplugged, opened
-from hardware.wire.line import Lines, sentence
-from oio.errors import BadInput, OioError
-from oio.records import SECOND_NS, GasSample
+from hardware.codecs.line import Lines, sentence
+from hardware.transport import discovery
+from hardware.transport.clock import JUMP_S, WRAP_MS, Clock, DeviceClock, suspended_ns
+from hardware.transport.device import Device, Patience
+from hardware.transport.mailbox import Arrived, Mailbox
+from hardware.transport.port import NoAnswer, Unplugged, opened
+from hardware.transport.request import asked, insisted
+from oio.core.errors import BadInput, OioError
+from oio.core.records import SECOND_NS, GasSample
 
 TIOCGEXCL = 0x80045440  # Linux: whether a terminal is exclusive
 PATIENCE = Patience(first_s=1.0, silent_s=0.3, away_s=2.0, backoff_s=0.02, backoff_most_s=0.1)
@@ -105,22 +105,22 @@ def test_a_full_mailbox_loses_the_oldest_and_says_so():
 
 def plugged(monkeypatch, *ports):
     made = [SimpleNamespace(device=d, vid=v, pid=p, serial_number=s, description="n/a") for d, v, p, s in ports]
-    monkeypatch.setattr(find.list_ports, "comports", lambda: made)
+    monkeypatch.setattr(discovery.list_ports, "comports", lambda: made)
 
 
 def test_a_usb_port_is_found_by_its_numbers_wherever_it_is_plugged_in(monkeypatch):
     plugged(monkeypatch, ("/dev/ttyUSB0", 0x0403, 0x6001, "A1"), ("/dev/ttyUSB1", 0x0403, 0x6001, "B2"), ("/dev/ttyS0", None, None, None))
-    assert find.found("usb:0403:6001:B2", "backend.nose.port", 9600, lambda wire: None) == "/dev/ttyUSB1"
+    assert discovery.found("usb:0403:6001:B2", "backend.nose.port", 9600, lambda wire: None) == "/dev/ttyUSB1"
     with pytest.raises(BadInput, match="2 ports fit: /dev/ttyUSB0, /dev/ttyUSB1"):
-        find.found("usb:0403:6001", "backend.nose.port", 9600, lambda wire: None)
+        discovery.found("usb:0403:6001", "backend.nose.port", 9600, lambda wire: None)
     with pytest.raises(BadInput, match=r"backend\.arm\.port=usb:1A86:55D3.*no port fits.*usb:0403:6001:A1.*hardware\.ports"):
-        find.found("usb:1A86:55D3", "backend.arm.port", 9600, lambda wire: None)
+        discovery.found("usb:1A86:55D3", "backend.arm.port", 9600, lambda wire: None)
 
 
 def test_a_port_that_is_not_there_is_refused_with_what_is(monkeypatch):
     plugged(monkeypatch, ("/dev/ttyUSB0", 0x0403, 0x6001, "A1"))
     with pytest.raises(BadInput, match=r"no such port.*ttyUSB0 \(usb:0403:6001:A1\)"):
-        find.found("/dev/ttyUSB7", "backend.nose.port", 9600, lambda wire: None)
+        discovery.found("/dev/ttyUSB7", "backend.nose.port", 9600, lambda wire: None)
 
 
 def test_ask_takes_the_port_that_answers(monkeypatch, pty):
@@ -133,7 +133,7 @@ def test_ask_takes_the_port_that_answers(monkeypatch, pty):
         wire.write(b"who?")
         return wire.read(0.3).decode() or None
 
-    assert find.found("ask", "backend.nose.port", 115200, knock) == slave
+    assert discovery.found("ask", "backend.nose.port", 115200, knock) == slave
     echo.join()
 
 
@@ -236,10 +236,10 @@ def test_a_late_answer_to_what_is_asked_again_will_do(pty):
 
 
 def test_a_clock_says_how_long_the_host_was_suspended(monkeypatch):
-    monkeypatch.setattr("hardware.links.clock.suspended_ns", lambda: 7 * SECOND_NS)
+    monkeypatch.setattr("hardware.transport.clock.suspended_ns", lambda: 7 * SECOND_NS)
     clock = Clock(4.0)
     assert clock.slept_s == 0.0
-    monkeypatch.setattr("hardware.links.clock.suspended_ns", lambda: 10 * SECOND_NS)
+    monkeypatch.setattr("hardware.transport.clock.suspended_ns", lambda: 10 * SECOND_NS)
     assert clock.slept_s == 3.0
 
 

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from oio.errors import BadInput, OioError
-from oio.records import GasSample, JointState, Truth, seconds
-from oio.seeds import Seeds
+from oio.core.errors import BadInput, OioError
+from oio.core.records import GasSample, JointState, Truth, seconds
+from oio.core.seeds import Seeds
 from oio.testing import check_backend
 
 QUIET = ("air=steady", "sensor=ndir")  # air without puffs: cheap

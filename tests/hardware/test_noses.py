@@ -5,15 +5,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from hardware.links.mailbox import Mailbox
-from hardware.links.port import NoAnswer, Unplugged
-from hardware.noses import NEVER, NosePort, _noisy
-from hardware.noses.intake import Intake
-from hardware.noses.line import Line, Sentence
-from hardware.noses.pace import Pace
-from hardware.wire.line import sentence
-from oio.errors import BadInput
-from oio.records import SECOND_NS
+from hardware.codecs.line import sentence
+from hardware.drivers.noses.line import Line, Sentence
+from hardware.drivers.noses.poll_schedule import Pace
+from hardware.drivers.noses.port import NEVER, NosePort, _noisy
+from hardware.drivers.noses.reading_filter import Intake
+from hardware.transport.mailbox import Mailbox
+from hardware.transport.port import NoAnswer, Unplugged
+from oio.core.errors import BadInput
+from oio.core.records import SECOND_NS
 
 PORT = {"driver": "line", "port": "/dev/null", "talker": "NOSE", "columns": ("ms", "active", "adcA", "adcB"), "stuck_after": 3}
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.arm import smooth
-from oio.errors import BadInput
-from oio.records import GasSample, JointState, Truth, nanoseconds, seconds
+from oio.core.errors import BadInput
+from oio.core.records import GasSample, JointState, Truth, nanoseconds, seconds
+from oio.kinematics.arm import smooth
 
 QUIET = ("air=steady", "sensor=ndir")
 STEP = 2 * math.pi / 4096

@@ -8,8 +8,8 @@ import hydra
 import pytest
 from hydra.utils import instantiate
 
-from oio.conf import CONF
-from oio.homing import Homing
+from oio.core.folders import CONF
+from oio.kinematics.homing import Homing
 
 ROOT = Path(__file__).resolve().parents[2]
 

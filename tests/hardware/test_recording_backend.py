@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
 from hardware.backends.recording import Playback, Recording
-from hardware.recordings.recorded import Part, Recorded
-from oio.arm import Arm
-from oio.errors import BadInput, WorldEnded
-from oio.protocols import Backend
-from oio.records import Event, GasReading, GasSample, JointState, Truth, nanoseconds
+from hardware.recordings.recording_parts import Part, Recorded
+from oio.core.errors import BadInput, WorldEnded
+from oio.core.interfaces import Backend
+from oio.core.records import Event, GasReading, GasSample, JointState, Truth, nanoseconds
+from oio.kinematics.arm import Arm
 from oio.testing import check_backend
 
 CONF = Path(__file__).resolve().parents[2] / "conf"

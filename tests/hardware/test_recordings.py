@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from omegaconf import OmegaConf
 from scipy.optimize import curve_fit
 
-from hardware.recordings.recorded import Loader, Recorded
-from hardware.recordings.table import Form, read_table
-from oio.errors import BadInput
+from hardware.recordings.delimited_text import Form, read_table
+from hardware.recordings.recording_parts import Loader, Recorded
+from oio.core.errors import BadInput
 
 CONF = Path(__file__).resolve().parents[2] / "conf" / "recording"
 NAMES = ["airscout32", "co2_scd30x4", "orebro3dsen"]

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hardware.backends.replay import Played, Replay
-from oio.arm import Arm
-from oio.errors import BadInput, WorldEnded
+from oio.core.errors import BadInput, WorldEnded
+from oio.core.interfaces import Backend
+from oio.core.records import SECOND_NS, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
+from oio.kinematics.arm import Arm
 from oio.log import RunLog, read_samples
-from oio.pipeline import Watched, move_text
-from oio.protocols import Backend
-from oio.records import SECOND_NS, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
+from oio.runtime.guarded_world import Watched, move_text
 from oio.testing import check_backend
 
 TICK_NS = 20_000_000

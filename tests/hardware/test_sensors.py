@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.errors import BadInput
-from oio.records import GasSample
+from oio.core.errors import BadInput
+from oio.core.records import GasSample
 from oio.testing import check_sensor
 
 CONF = Path(__file__).resolve().parents[2] / "conf"

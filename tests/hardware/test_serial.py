@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oio.homing import Homing
+from oio.cli.recover import main as recover
+from oio.core.records import GasSample, JointState
+from oio.kinematics.homing import Homing
 from oio.log import read_samples
-from oio.records import GasSample, JointState
-from oio.recover import main as recover
 from tests.hardware.conftest import Stalls
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from oio.records import Event
+from oio.core.records import Event
 
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
 FAULTS = [  # at a time when all devices are set up

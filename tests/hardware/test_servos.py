@@ -7,18 +7,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hardware.links.mailbox import Mailbox
-from hardware.links.port import NoAnswer
-from hardware.servos import BUSES, ArmPort
-from hardware.servos.arm import ServoArm
-from hardware.servos.astray import Astray
-from hardware.servos.bus import Felt, Health
-from hardware.servos.differences import Differences
-from hardware.servos.rhythm import Rhythm
-from hardware.servos.standing import Standing
-from oio.errors import BadInput, OioError
-from oio.places import whole
-from oio.records import SECOND_NS, nanoseconds
+from hardware.drivers.servos.bus import Felt, Health
+from hardware.drivers.servos.finite_differences import Differences
+from hardware.drivers.servos.fixed_mount import Standing
+from hardware.drivers.servos.jitter import Rhythm
+from hardware.drivers.servos.port import BUSES, ArmPort
+from hardware.drivers.servos.servo_arm import ServoArm
+from hardware.drivers.servos.tracking_error import Astray
+from hardware.transport.mailbox import Mailbox
+from hardware.transport.port import NoAnswer
+from oio.core.errors import BadInput, OioError
+from oio.core.records import SECOND_NS, nanoseconds
+from oio.gas.source import whole
 
 
 class Servos:
@@ -94,7 +94,7 @@ def made(built, monkeypatch):
         bus = Servos(np.rint(2048 + home * 4096 / (2 * np.pi)).astype(int))
         bus.clock = clock = Stepped()
         monkeypatch.setitem(BUSES, "feetech", lambda: bus)
-        monkeypatch.setattr("hardware.servos.arm.time", clock)
+        monkeypatch.setattr("hardware.drivers.servos.servo_arm.time", clock)
         return ServoArm(ArmPort(**(PORT | port)), arm, safety, Mailbox(10**6), clock), bus, arm
 
     return make

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from hardware.emulators import choice
-from hardware.emulators.bench import emulated
+from hardware.drivers.valves.port import ValvePort
+from hardware.drivers.valves.valve_driver import BEAT_S, DEAF_S
+from hardware.emulators import options
+from hardware.emulators.emulated_bench import emulated
 from hardware.emulators.line import HOLD_S
-from hardware.links.device import Patience
-from hardware.relays import BEAT_S, DEAF_S
-from hardware.valves import ValvePort
-from oio import stopping
-from oio.errors import BadInput, OioError
+from hardware.transport.device import Patience
+from oio.core import interrupt
+from oio.core.errors import BadInput, OioError
 
 KEYS = Path(__file__).resolve().parents[2] / "conf" / "emulate.yaml"
 PATIENCE = Patience(first_s=3.0, silent_s=1.0, away_s=4.0, backoff_s=0.1, backoff_most_s=1.0)
@@ -26,7 +26,7 @@ HASTY = Patience(first_s=0.1, silent_s=0.1, away_s=0.5, backoff_s=0.1, backoff_m
 def bench(built, tmp_path):
     """Running, with a valve; `bench.gas` is what the valve let out, in order."""
     words = {"nose": "scd30", "arm": "none", "speed": "4", "out": str(tmp_path)}
-    chosen, overrides = choice.read([f"{key}={value}" for key, value in words.items()], KEYS)
+    chosen, overrides = options.read([f"{key}={value}" for key, value in words.items()], KEYS)
     with emulated(chosen, built("backend", "air=steady", "dof=3", *overrides)) as made:
         device, gas = made.loop._served["valve"]._device, []
         let_out = device._present
@@ -39,8 +39,8 @@ def test_relays_boot_are_told_and_let_out_nothing_at_the_end(bench):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         assert gas == ["none"]  # the opening has reset it
-        valve.present("beacon", stopping.check)
-        valve.present("source", stopping.check)
+        valve.present("beacon", interrupt.check)
+        valve.present("source", interrupt.check)
         assert gas == ["none", "beacon", "source"]
     assert gas[-1] == "none"
 
@@ -64,7 +64,7 @@ def said(valve):
 def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("beacon", stopping.check)
+        valve.present("beacon", interrupt.check)
         passed(made, 2.0 * HOLD_S)
         assert gas == ["none", "beacon"] and valve.watch() is None
         valve._leave.set()  # what SIGKILL does, too: no more beats, no goodbye, and a port that is let go
@@ -77,13 +77,13 @@ def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
 def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("beacon", stopping.check)
+        valve.present("beacon", interrupt.check)
         beats, beat = [], valve._beat
         monkeypatch.setattr(valve, "_beat", lambda: (beats.append(valve._told), beat()))
         with valve._lock:
             time.sleep(1.5 * BEAT_S)
             assert beats == []
-        valve.present("none", stopping.check)
+        valve.present("none", interrupt.check)
         time.sleep(2.5 * BEAT_S)
         assert set(beats) == {"V0"} and gas == ["none", "beacon", "none"]
 
@@ -91,7 +91,7 @@ def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
 def test_what_kills_the_thread_is_raised(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source", stopping.check)
+        valve.present("source", interrupt.check)
         monkeypatch.setattr(valve, "_beat", lambda: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             said(valve)
@@ -102,7 +102,7 @@ def test_what_kills_the_thread_is_raised(bench, monkeypatch):
 
 def unplugged(made):
     """Its valve, until `plugged`."""
-    made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "unplug", 0.0, 1e9)]
+    made.loop._asked_s, made.loop._schedule = 0.0, [options.Fault("valve", "unplug", 0.0, 1e9)]
     while made.loop._served["valve"].port.plugged:
         time.sleep(0.01)
 
@@ -117,7 +117,7 @@ def test_relays_that_are_away_are_told_when_they_are_back(bench):
         unplugged(made)
         back = threading.Timer(1.0, plugged, (made,))
         back.start()
-        valve.present("source", stopping.check)
+        valve.present("source", interrupt.check)
         assert gas[-1] == "source"
         back.join()
 
@@ -125,7 +125,7 @@ def test_relays_that_are_away_are_told_when_they_are_back(bench):
 def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("beacon", stopping.check)
+        valve.present("beacon", interrupt.check)
         assert valve.watch() is None
         unplugged(made)
         assert said(valve) == "backend.valve line: its port went away" and valve.watch() is None
@@ -138,8 +138,8 @@ def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(benc
     """A write succeeds as long as the USB chip takes it, whatever the board behind it does."""
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("beacon", stopping.check)
-        made.loop._asked_s, made.loop._schedule = 0.0, [choice.Fault("valve", "busy", 0.0, 1e9)]
+        valve.present("beacon", interrupt.check)
+        made.loop._asked_s, made.loop._schedule = 0.0, [options.Fault("valve", "busy", 0.0, 1e9)]
         until_s = time.monotonic() + 3.0 * DEAF_S
         while (news := valve.watch()) is None and time.monotonic() < until_s:
             time.sleep(0.02)
@@ -151,11 +151,11 @@ def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(benc
 def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
     made, _ = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source", stopping.check)
+        valve.present("source", interrupt.check)
         unplugged(made)
         valve._patience = HASTY
         with pytest.raises(OioError, match=r"backend\.valve\.port=.* does not say that it did V1 .*Check its cable"):
-            valve.present("beacon", stopping.check)
+            valve.present("beacon", interrupt.check)
         assert said(valve) == "backend.valve line: its port went away"
         time.sleep(1.1 * HASTY.away_s)
         with pytest.raises(OioError, match="stays away"):
@@ -165,10 +165,10 @@ def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
 def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source", stopping.check)
-        monkeypatch.setattr(stopping, "_asked", [2])
+        valve.present("source", interrupt.check)
+        monkeypatch.setattr(interrupt, "_asked", [2])
         with pytest.raises(KeyboardInterrupt):
-            valve.present("beacon", stopping.check)
+            valve.present("beacon", interrupt.check)
         time.sleep(1.5 * BEAT_S)
         assert "beacon" not in gas  # what was stopped is not told by the next beat either
     assert gas[-1] == "none"  # it is closed nevertheless
@@ -188,11 +188,11 @@ def test_a_person_is_asked_and_reminded_to_close_the_gas(monkeypatch, capsys):
         monkeypatch.setattr(sys, "stdin", person)
         with ValvePort(driver="ask", port=None).open(PATIENCE) as valve:
             os.write(write, b"\n")
-            valve.present("source", stopping.check)
+            valve.present("source", interrupt.check)
             assert "open the source to be found, then press Enter" in capsys.readouterr().err
             os.close(write)
             with pytest.raises(OioError, match="nobody is there"):
-                valve.present("beacon", stopping.check)
+                valve.present("beacon", interrupt.check)
             capsys.readouterr()
         assert capsys.readouterr().err == "oio: please close every gas source.\n"
 
@@ -212,16 +212,16 @@ def test_who_waits_for_a_person_hears_of_the_bench(monkeypatch):
 
 def test_nobody_says_nothing(capsys):
     with ValvePort(driver="none", port=None).open(PATIENCE) as valve:
-        valve.present("source", stopping.check)
+        valve.present("source", interrupt.check)
     assert capsys.readouterr() == ("", "")
 
 
 def test_a_host_that_was_suspended_leaves_the_gas_closed(bench, monkeypatch):
     made, gas = bench
     slept_ns = [0]
-    monkeypatch.setattr("hardware.relays.suspended_ns", lambda: slept_ns[0])
+    monkeypatch.setattr("hardware.drivers.valves.valve_driver.suspended_ns", lambda: slept_ns[0])
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
-        valve.present("source", stopping.check)
+        valve.present("source", interrupt.check)
         slept_ns[0] = 3600 * 10**9
         until_s = time.monotonic() + 5.0
         with pytest.raises(OioError, match=r"suspended or too busy for 360. s"):

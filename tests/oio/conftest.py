@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.arm import smooth
-from oio.batch import Fit
-from oio.fluctuation import Fluctuation
-from oio.knowledge import Knowledge, prior
-from oio.model import Model
-from oio.problem import Layout, Problem
-from oio.records import GasReading, JointState, nanoseconds
-from oio.trace import Sniffs
-from oio.uncertainty import Noise
+from oio.core.records import GasReading, JointState, nanoseconds
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.trace import Sniffs
+from oio.inference.forward_model import Layout, Problem
+from oio.inference.map_fit import Fit
+from oio.inference.prior import Knowledge, prior
+from oio.inference.state_space import Model
+from oio.inference.uncertainty import Noise
+from oio.kinematics.arm import smooth
 
 NOISE = Fluctuation(1.0, 0.2, 0.3)
 SIGMA_PPM = 0.05

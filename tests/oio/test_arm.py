@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from oio.arm import smooth
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.kinematics.arm import smooth
 
 DOFS = (1, 2, 3, 5)
 

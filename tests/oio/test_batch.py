@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from oio.batch import solve, strayed_m
-from oio.fluctuation import whiten
-from oio.problem import Problem
-from oio.ranging import LAW
+from oio.gas.fluctuation import whiten
+from oio.gas.range_law import LAW
+from oio.inference.forward_model import Problem
+from oio.inference.map_fit import solve, strayed_m
 
 
 def moved(problem, theta, j, h):

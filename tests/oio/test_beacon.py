@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.beacon import _strayed, beacon_problem, fit_beacon
-from oio.fluctuation import Fluctuation
+from oio.gas.fluctuation import Fluctuation
+from oio.inference.beacon_fit import _strayed, beacon_problem, fit_beacon
 
 CALM = Fluctuation(1.0, 0.02, 0.3)
 SEEDS = (900, 901, 902)

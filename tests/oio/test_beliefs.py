@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from oio import beliefs
-from oio.batch import Fit, solve
-from oio.beliefs import mirrored, problem_of, spheres_of, with_strength, without_source
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.inference import belief_map as belief_map_module
+from oio.inference.belief_map import mirrored, problem_of, spheres_of, with_strength, without_source
+from oio.inference.map_fit import Fit, solve
 
 
 def far(fit, source):
@@ -55,7 +55,7 @@ MISSED = [(3, 3), (3, 24), (5, 4), (5, 44)]  # dof and seeds whose minimum coars
 
 @pytest.mark.parametrize(("dof", "seed"), MISSED)
 def test_shells_find_what_coarse_places_miss(lab, built, monkeypatch, dof, seed):
-    monkeypatch.setattr(beliefs, "differenced", nowhere)
+    monkeypatch.setattr(belief_map_module, "differenced", nowhere)
     made, sniffs, best = narrow(lab, dof, seed)
     belief_map = built("belief_map")
     assert not finds(replace(belief_map, shell=0), made, sniffs, best) and finds(belief_map, made, sniffs, best)
@@ -68,18 +68,18 @@ def test_differenced_spheres_find_what_coarse_places_miss(lab, built):
 
 
 def test_a_linear_start_out_of_the_box_is_brought_into_it(lab, built, monkeypatch):
-    monkeypatch.setattr(beliefs, "differenced", lambda problem, nose_m: np.array([[9.0, -9.0, 9.0]]))
+    monkeypatch.setattr(belief_map_module, "differenced", lambda problem, nose_m: np.array([[9.0, -9.0, 9.0]]))
     made, sniffs, best = narrow(lab, 3, 3)
     assert finds(built("belief_map"), made, sniffs, best)
 
 
 def test_the_mirror_point_is_tried(lab, built, monkeypatch):
     """Coarse places alone leave the wrong side of the plane only, at a chi-square 22 worse."""
-    monkeypatch.setattr(beliefs, "differenced", nowhere)
+    monkeypatch.setattr(belief_map_module, "differenced", nowhere)
     made, sniffs, best = narrow(lab, 5, 96)
     coarse = replace(built("belief_map"), shell=0)
     assert finds(coarse, made, sniffs, best)
-    monkeypatch.setattr(beliefs, "mirrored", as_it_is)
+    monkeypatch.setattr(belief_map_module, "mirrored", as_it_is)
     (wrong,) = coarse.locate(sniffs, made.known)
     assert wrong.chi2 > best.chi2 + 20.0 and not finds(coarse, made, sniffs, best)
     problem, noise = problem_of(sniffs, made.known), made.model.fluctuation

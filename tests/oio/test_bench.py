@@ -13,18 +13,18 @@ from scipy.stats import binom
 
 from oio.bench import __main__ as command
 from oio.bench import accuracy
+from oio.bench.arguments import defaults, read
+from oio.bench.case_summary import Row, rows
 from oio.bench.parallel import as_they_come
-from oio.bench.row import Row, rows
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.statistics import anees_band, rms_ratio, wilson
 from oio.bench.trial import attempt, experiment, run_trial, setting
-from oio.bench.words import defaults, read
-from oio.errors import BadInput
-from oio.experiment import execute
+from oio.cli.experiment import execute
+from oio.cli.run import build
+from oio.cli.table_1 import Published
+from oio.core.errors import BadInput
+from oio.core.records import Event, GasSample
 from oio.log import MemoryLog
-from oio.records import Event, GasSample
-from oio.run import build
-from oio.table_1 import Published
 
 SHORT = (
     "sensor=ndir", "air=steady", "dof=3", "search=d_optimal", "ekf=ekf", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",

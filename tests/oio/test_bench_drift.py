@@ -9,12 +9,12 @@ import pytest
 from oio.bench import __main__ as command
 from oio.bench.drift_table import rows
 from oio.bench.drift_trial import Case, Times, run_trial
+from oio.bench.filter_workload import Step, begun, course, matrices
 from oio.bench.filters import timed
-from oio.bench.nose import NoseLog, Off, errors, off
-from oio.bench.steps import Step, begun, course, matrices
+from oio.bench.nose_error import NoseLog, Off, errors, off
 from oio.bench.trial import setting
+from oio.core.records import JointState, Truth
 from oio.estimators.ekf import Ekf
-from oio.records import JointState, Truth
 
 CASE = Case("ndir", "steady", 3, "ekf", "known")
 BRIEF = ("stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2")

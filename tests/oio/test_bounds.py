@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.batch import solve
-from oio.beliefs import problem_of
-from oio.bounds import at_truth, cramer_rao, of_source, posterior, van_trees
-from oio.fluctuation import Fluctuation, whiten
-from oio.knowledge import Knowledge
+from oio.gas.fluctuation import Fluctuation, whiten
+from oio.inference.belief_map import problem_of
+from oio.inference.bounds import at_truth, cramer_rao, of_source, posterior, van_trees
+from oio.inference.map_fit import solve
+from oio.inference.prior import Knowledge
 
 
 def test_the_fit_does_not_beat_the_bound_and_comes_near_it(lab):

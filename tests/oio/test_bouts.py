@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.bouts import Baseline, BoutDetector, BoutRule, baseline, effective_samples
-from oio.errors import BadInput
-from oio.records import GasReading
+from oio.core.errors import BadInput
+from oio.core.records import GasReading
+from oio.gas.bouts import Baseline, BoutDetector, BoutRule, baseline, effective_samples
 
 CLEAN = Baseline(ppm=10.0, sigma_ppm=1.0, highest_ppm=11.0, n=5, n_effective=5.0)
 

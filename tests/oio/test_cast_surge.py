@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.errors import BadInput
-from oio.ranging import LAW
+from oio.core.errors import BadInput
+from oio.gas.range_law import LAW
 from oio.search.cast_surge import CastSurge, across
-from oio.search.steps import diagonal_m, tangent
+from oio.search.step_planning import diagonal_m, tangent
 from oio.search.view import Move, View
 
 CAST = CastSurge(surge=0.06, widen=0.03, widest=0.3, hit=0.15, fade=0.8, windy_per_m=3.0)

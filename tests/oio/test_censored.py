@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import norm, truncnorm
 
-from oio.batch import solve
-from oio.censored import matched, residual, variance
-from oio.estimators.joseph import told
-from oio.fluctuation import Fluctuation
-from oio.records import Belief, GasReading, GasSample, JointState
-from oio.trace import Trace
+from oio.core.records import Belief, GasReading, GasSample, JointState
+from oio.estimators.joseph_update import told
+from oio.gas.censored import matched, residual, variance
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.trace import Trace
+from oio.inference.map_fit import solve
 
 YES = np.array([True])
 CALM = Fluctuation(1.0, 0.03, 0.3)

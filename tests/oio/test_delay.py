@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.batch import solve
-from oio.delay import Delay, Held, estimated, golden, shifted
-from oio.fluctuation import Fluctuation
-from oio.odometry import Odometry
-from oio.records import GasReading, JointState, nanoseconds
+from oio.core.records import GasReading, JointState, nanoseconds
+from oio.estimators.odometry import Odometry
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.timing import Delay, Held, shifted
+from oio.inference.delay_fit import estimated, golden
+from oio.inference.map_fit import solve
 
 CALM = Fluctuation(1.0, 0.05, 0.3)
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oio.batch import solve
+from oio.core.records import Belief, GasReading, JointState, nanoseconds
 from oio.estimators.ekf import Ekf
 from oio.estimators.filterpy_ekf import FilterpyEkf
-from oio.records import Belief, GasReading, JointState, nanoseconds
+from oio.inference.map_fit import solve
 from oio.testing import check_estimator
 
 CHOICES = sorted(path.stem for path in (Path(__file__).resolve().parents[2] / "conf" / "ekf").glob("*.yaml"))

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.batch import solve
-from oio.beacon import fit_beacon
-from oio.errors import BadInput
-from oio.evidence import HELD, air_of, bic, effective, restricted
-from oio.fluctuation import Fluctuation
-from oio.ranging import AIRS, LAW
+from oio.core.errors import BadInput
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.range_law import AIRS, LAW
+from oio.inference.beacon_fit import fit_beacon
+from oio.inference.map_fit import solve
+from oio.inference.model_selection import HELD, air_of, bic, effective, restricted
 
 PLACE = np.array([0.33, 0.05, 0.18])
 TRUE = {"log_distance": {4: 1.6}, "isotropic": {8: 6.0}, "advection_diffusion": {5: 8.0, 6: -5.0}}

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, JointState, Truth
 from oio.figures.__main__ import main
 from oio.figures.geometry import ellipse, limits, rows, source_errors
-from oio.figures.story import Course, Story, read_story
+from oio.figures.run_history import Course, Story, read_story
 from oio.figures.titles import ending, headline
 from oio.log import RunLog, read_hypotheses, read_odometry, read_readings, read_stages, read_states
-from oio.records import SECOND_NS, Array, Belief, Event, GasReading, JointState, Truth
 
 ARM = b"""<mujoco><worldbody><body name="b"><body pos="0.1 0 0"><joint name="turn" axis="0 0 1"/>
 <body pos="0.2 0 0"><joint name="lift" axis="0 1 0"/><body><joint name="roll" axis="1 0 0"/><site name="nose" pos="0.1 0 0"/></body></body>
@@ -56,7 +56,7 @@ def tell(log: Any, ticks: range, source_m: Array | None, dof: int, believe: bool
 
 
 def summary(folder: Path, **values: Any) -> None:
-    document = {"schema": "oio.summary/1", "sensor": "ec", "dof": 5, "air": "still", "seed": 3, **values}
+    document = {"schema": "oio.results.summary/1", "sensor": "ec", "dof": 5, "air": "still", "seed": 3, **values}
     (folder / "summary.json").write_text(json.dumps(document))
 
 
@@ -247,7 +247,7 @@ def test_no_summary(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert refusal([str(run)], capsys).startswith(f"{path} was given as a summary, but it cannot be read (Expecting property name")
     path.write_text("[]")
     assert refusal([str(run)], capsys) == (
-        f"{path} was given as a summary, but it is not of schema oio.summary/1. "
+        f"{path} was given as a summary, but it is not of schema oio.results.summary/1. "
         "Remove it to draw the run from its log alone, or run the experiment again."
     )
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.core.records import Belief, GasReading, JointState
 from oio.estimators.ckf import Ckf
 from oio.estimators.ekf import Ekf
 from oio.estimators.fixed_lag import FixedLag
 from oio.estimators.gaussian_sum import GaussianSum
 from oio.estimators.iterated import Iterated
 from oio.estimators.ukf import Ukf
-from oio.records import Belief, GasReading, JointState
 from oio.testing import check_estimator
 
 CHOICES = sorted(path.stem for path in (Path(__file__).resolve().parents[2] / "conf" / "ekf").glob("*.yaml"))

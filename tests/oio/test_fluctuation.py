@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from oio.fluctuation import Along, Field, Fluctuation, coupled, whiten
-from oio.likelihoods import GAMMAS, TIMES_S, fitted, minus_2_log_likelihoods
+from oio.gas.fluctuation import Along, Field, Fluctuation, coupled, whiten
+from oio.inference.likelihoods import GAMMAS, TIMES_S, fitted, minus_2_log_likelihoods
 
 
 def along_of(steps, *, every=2, tau=0.8, mean=10.0, rarity=1.0, r=0.1, speed=0.0, sigma=0.3, gain=1.0, slope=0.0, stray=0.0):

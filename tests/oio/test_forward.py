@@ -5,15 +5,15 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from oio.beliefs import problem_of
-from oio.forward import forward, held
-from oio.kinematics import HINGE, SLIDE, nose_and_jacobian
-from oio.links import BLOCK, ROWS, carried_back, carried_out, links_of
-from oio.ranging import LAW, concentration
+from oio.gas.range_law import LAW, concentration
+from oio.inference.belief_map import problem_of
+from oio.inference.forward_kernel import forward, held
+from oio.kinematics.adjoint import BLOCK, ROWS, carried_back, carried_out, links_of
+from oio.kinematics.forward import HINGE, SLIDE, nose_and_jacobian
 
 
 def lagged(c, dc, dt, rise, fall, f0):
-    """f (k,), its sensitivities (k, w), that to ln(tau) (k,), and tau (k,): see `oio.forward`."""
+    """f (k,), its sensitivities (k, w), that to ln(tau) (k,), and tau (k,): see `oio.inference.forward_kernel`."""
     f, df, df_tau, used = np.empty(len(c)), np.empty(dc.shape), np.empty(len(c)), np.empty(len(c))
     state, sensitivity, to_tau = f0, np.zeros(dc.shape[1]), 0.0
     for i in range(len(c)):

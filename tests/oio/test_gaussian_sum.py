@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.batch import Fit
-from oio.beliefs import BeliefMap
+from oio.core.records import Belief, GasReading, JointState
 from oio.estimators.ekf import Ekf
 from oio.estimators.gaussian_sum import Bank, GaussianSum, matched
-from oio.knowledge import Knowledge
-from oio.odometry import Odometry
-from oio.records import Belief, GasReading, JointState
+from oio.estimators.odometry import Odometry
+from oio.inference.belief_map import BeliefMap
+from oio.inference.map_fit import Fit
+from oio.inference.prior import Knowledge
 
 EKF = Ekf(gate_nis=25.0)
 SUM = GaussianSum(each=EKF, gate_nis=25.0, least_weight=1e-4)

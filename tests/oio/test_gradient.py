@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
 from oio.search.gradient import Gradient
-from oio.search.steps import diagonal_m
+from oio.search.step_planning import diagonal_m
 from oio.search.view import Move, View
 
 CLIMB = Gradient(latest=10, step=0.08, least=0.02, shrink=0.7, spread=0.3)

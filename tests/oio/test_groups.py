@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from oio.groups import figures, grouped, show_groups
+from oio.cli.seed_table import figures, grouped, show_groups
 
 
 def run(seed, cold, calibrated, sensor="ec", inside=True):

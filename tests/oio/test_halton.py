@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import qmc
 
-from oio.halton import halton
+from oio.inference.sampling import halton
 
 
 def test_the_points_are_those_of_scipy_to_the_bit():

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
-from oio.ranging import LAW
-from oio.search.cloud import Likelihood, posterior
+from oio.core.errors import BadInput
+from oio.gas.range_law import LAW
 from oio.search.infotaxis import information
-from oio.search.sniffed import sniffed
+from oio.search.sniff_history import sniffed
+from oio.search.source_posterior import Likelihood, posterior
 from oio.search.view import Move, View
 
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.batch import Fit
-from oio.beliefs import problem_of
-from oio.knowledge import calibrated, prior
-from oio.ranging import STRAYS_MOST
-from oio.uncertainty import Noise
+from oio.gas.range_law import STRAYS_MOST
+from oio.inference.belief_map import problem_of
+from oio.inference.map_fit import Fit
+from oio.inference.prior import calibrated, prior
+from oio.inference.uncertainty import Noise
 
 
 @pytest.fixture

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2
 
-from oio.batch import solve
-from oio.beliefs import problem_of
-from oio.bounds import cramer_rao, van_trees
-from oio.evidence import restricted
-from oio.fluctuation import Fluctuation, whiten
-from oio.knowledge import Knowledge
-from oio.records import GasReading, JointState, nanoseconds
-from oio.uncertainty import localisation
+from oio.core.records import GasReading, JointState, nanoseconds
+from oio.gas.fluctuation import Fluctuation, whiten
+from oio.inference.belief_map import problem_of
+from oio.inference.bounds import cramer_rao, van_trees
+from oio.inference.map_fit import solve
+from oio.inference.model_selection import restricted
+from oio.inference.prior import Knowledge
+from oio.inference.uncertainty import localisation
 
 CALM = Fluctuation(1.0, 0.1, 0.3)
 

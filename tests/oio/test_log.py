@@ -18,11 +18,11 @@ import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.core.records import SECOND_NS, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth
 from oio.log import RunLog, read_attachment, read_metadata, read_samples
-from oio.log.plain import to_json
+from oio.log.plain_json import to_json
 from oio.log.scene import CHI2_95, scene
-from oio.records import SECOND_NS, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth
 
 JOINTS = ("azimuth", "elevation")
 
@@ -70,7 +70,7 @@ def test_same_calls_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     clocks = itertools.count()
     for i in range(3):
         if i == 2:  # a computer so slow that a second passes at every look at its clock
-            monkeypatch.setattr("oio.log.part.time", SimpleNamespace(monotonic=lambda: float(next(clocks))))
+            monkeypatch.setattr("oio.log.part_file.time", SimpleNamespace(monotonic=lambda: float(next(clocks))))
         with create(tmp_path / f"{i}.mcap") as log:
             fill(log)
             sum(1 for _ in log.samples())

@@ -15,9 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.core.records import SECOND_NS, Belief, Event, GasSample, Innovation, JointState, Truth, WorldSample
 from oio.log import RunLog, read_attachment, read_beliefs, read_end, read_innovations, read_metadata, read_samples
-from oio.records import SECOND_NS, Belief, Event, GasSample, Innovation, JointState, Truth, WorldSample
 
 GIVE = "Give the log of an OIO run, e.g. outputs/2026-01-31/12-00-00/run.mcap."
 ODD = [-0.0, 5e-324, -2.2250738585072009e-308, math.inf, -math.inf, math.nan, 1.7976931348623157e308, 0.1 + 0.2]

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from oio.metrics import SourceScore, bearing, nees, rms, score_source
+from oio.inference.metrics import SourceScore, bearing, nees, rms, score_source
 
 directions = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda d: np.hypot(d[0], d[1]) > 0.05)
 

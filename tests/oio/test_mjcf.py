@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
-from oio.kinematics import nose_and_jacobian
-from oio.mjcf import read_chain
+from oio.core.errors import BadInput
+from oio.kinematics.forward import nose_and_jacobian
+from oio.kinematics.model_loading import read_chain
 
 WRITTEN = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody><body name="a" pos="0.1 0 0.2" quat="2 0 0 2">
   <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="one" axis="0 2 0" range="-1 1"/>

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.batch import Fit
-from oio.records import GasReading, JointState, nanoseconds
-from oio.uncertainty import Noise
+from oio.core.records import GasReading, JointState, nanoseconds
+from oio.inference.map_fit import Fit
+from oio.inference.uncertainty import Noise
 
 PAPER = replace(Noise.nominal(), assembly="paper", source_q_m2=0.01, r_ppm2=0.7)
 EXACT = ("o", "v", "a", "s", "l", "n", "k", "u", "b")  # blocks whose process noise does not hang on where the nose is

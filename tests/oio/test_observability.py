@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.arm import smooth
-from oio.batch import solve
-from oio.beliefs import problem_of
-from oio.fluctuation import Fluctuation
-from oio.observability import blind_spots, narrowing, twin
-from oio.ranging import concentration
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.range_law import concentration
+from oio.inference.belief_map import problem_of
+from oio.inference.map_fit import solve
+from oio.inference.observability import blind_spots, narrowing, twin
+from oio.kinematics.arm import smooth
 
 NARROWED = 0.7
 

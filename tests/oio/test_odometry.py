@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.odometry import Odometry
-from oio.records import GasReading, JointState, nanoseconds
+from oio.core.records import GasReading, JointState, nanoseconds
+from oio.estimators.odometry import Odometry
 
 SILENT = [(math.nan, 0.05), (math.inf, 0.05), (-math.inf, 0.05), (1.0, math.nan), (1.0, math.inf)]
 

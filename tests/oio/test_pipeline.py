@@ -7,10 +7,12 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
+from oio.core.errors import BadInput
+from oio.core.records import Event, GasReading, GasSample, JointState, Truth
 from oio.log import RunLog, read_samples
-from oio.pipeline import Context, Watched, check_order, gives, run_stages, sniff
-from oio.records import Event, GasReading, GasSample, JointState, Truth
+from oio.runtime.context import Context, sniff
+from oio.runtime.guarded_world import Watched
+from oio.runtime.runner import check_order, gives, run_stages
 from oio.testing import check_stage
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
-from oio.places import reachable, whole
+from oio.core.errors import BadInput
+from oio.gas.source import reachable, whole
 
 
 def test_a_given_place_is_kept(built):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from oio.errors import BadInput
-from oio.ranging import LAW, Rssi, concentration
+from oio.core.errors import BadInput
+from oio.gas.range_law import LAW, Rssi, concentration
 
 R_REF, RADIUS = 0.1, 0.01
 

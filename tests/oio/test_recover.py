@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from oio.errors import BadInput
+from oio.cli.recover import main
+from oio.core.errors import BadInput
+from oio.core.records import SECOND_NS, GasSample, JointState
 from oio.log import RunLog, read_attachment, read_metadata, read_samples, recover
-from oio.records import SECOND_NS, GasSample, JointState
-from oio.recover import main
 
 GIVE = "Give the log of an OIO run, e.g. outputs/2026-01-31/12-00-00/run.mcap."
 
@@ -21,7 +21,7 @@ WRITER = """
 import sys, time
 from pathlib import Path
 from oio.log import RunLog
-from oio.records import GasSample, JointState
+from oio.core.records import GasSample, JointState
 with RunLog.create(Path(sys.argv[1]), sensor="ec", joints=("a",), metadata={"seed": "1"}, attachments={"config.yaml": b"dof: 1"}) as log:
     for i in range(1, 10**9):
         t_ns = i * 20_000_000

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from oio.arm import smooth
-from oio.errors import BadInput, OioError
-from oio.pipeline import Watched
-from oio.places import whole
-from oio.safety import HOST, NOSE, SLACK, Guard
+from oio.core.errors import BadInput, OioError
+from oio.gas.source import whole
+from oio.kinematics.arm import smooth
+from oio.motion.guard import HOST, NOSE, SLACK, Guard
+from oio.runtime.guarded_world import Watched
 
 ARMS = [("dof=1",), ("dof=2",), ("dof=3",), ("dof=5",), ("arm=gantry", "dof=3")]
 TICK_S = 0.02

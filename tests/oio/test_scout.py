@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from oio.ranging import LAW, concentration
-from oio.search.scout import PLACES, WINDY_PER_M, _chances, _places, scout
+from oio.gas.range_law import LAW, concentration
+from oio.search.exploration import PLACES, WINDY_PER_M, _chances, _places, scout
 from oio.search.view import Move, View
 
 K_PER_M = 60.0

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from oio.records import nanoseconds
+from oio.core.records import nanoseconds
 from oio.search.bandit import Bandit, Values
 from oio.search.d_optimal import believed_places, information
-from oio.search.scout import scout
+from oio.search.exploration import scout
 from oio.search.view import Move, View
 from oio.testing import check_strategy
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oio.ranging import LAW
-from oio.records import Belief
+from oio.core.records import Belief
+from oio.gas.range_law import LAW
 from oio.search.view import Move, View
 from oio.testing import check_strategy
 

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
-from oio.seeds import Seeds
+from oio.core.errors import BadInput
+from oio.core.seeds import Seeds
 
 STREAMS = ("truth", "disturbance", "measurement")
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.errors import BadInput
-from oio.settings import in_range, settings
+from oio.core.errors import BadInput
+from oio.core.settings import in_range, settings
 
 
 @settings

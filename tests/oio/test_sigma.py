@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from oio.core.records import Belief
 from oio.estimators.ckf import Ckf
-from oio.estimators.sigma import LEAST, positive
-from oio.estimators.step import moved
+from oio.estimators.propagation import moved
+from oio.estimators.sigma_points import LEAST, positive
 from oio.estimators.ukf import Ukf
-from oio.records import Belief
 
 FILTERS = [Ckf(gate_nis=25.0), Ukf(gate_nis=25.0, alpha=0.3, beta=2.0, kappa=0.0), Ukf(gate_nis=25.0, alpha=1.0, beta=2.0, kappa=0.0)]
 

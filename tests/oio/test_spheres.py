@@ -7,9 +7,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from oio.beliefs import problem_of
-from oio.errors import NotObservable
-from oio.spheres import circle, differenced, dilution, two_points, unknown_strength, vertex
+from oio.core.errors import NotObservable
+from oio.inference.belief_map import problem_of
+from oio.inference.trilateration import circle, differenced, dilution, two_points, unknown_strength, vertex
 
 points = st.tuples(*[st.floats(-0.4, 0.4)] * 3).map(np.array)
 

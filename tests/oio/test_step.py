@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.estimators.joseph import joseph
-from oio.estimators.step import Linear, moved, noisy, predicted
-from oio.records import Belief, JointState, nanoseconds
-from oio.uncertainty import Noise
+from oio.core.records import Belief, JointState, nanoseconds
+from oio.estimators.joseph_update import joseph
+from oio.estimators.propagation import Linear, moved, noisy, predicted
+from oio.inference.uncertainty import Noise
 
 LADDER = [(1, 1), (2, 2), (3, 1), (5, 2)]
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.search.sniffed import sniffed
-from oio.search.steps import nearest, tangent, toward
+from oio.search.sniff_history import sniffed
+from oio.search.step_planning import nearest, tangent, toward
 from oio.search.view import Move, View
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.batch import Fit
-from oio.errors import BadInput
-from oio.odometry import Odometry
-from oio.records import Belief
+from oio.core.errors import BadInput
+from oio.core.records import Belief
+from oio.estimators.odometry import Odometry
+from oio.inference.map_fit import Fit
+from oio.search.stop_rule import StopRule
 from oio.search.view import Move
-from oio.stop import StopRule
 
 RULE = StopRule(sd_m=0.012, near_m=0.08, sniffs=3, nis=3.0)
 LESS, MORE = 1.0 - 1e-9, 1.0 + 1e-9

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from oio.errors import BadInput
-from oio.records import GasReading, GasSample, JointState
+from oio.core.errors import BadInput
+from oio.core.records import GasReading, GasSample, JointState
 from oio.testing import check_air, check_backend, check_live_backend, check_sensor
 
 

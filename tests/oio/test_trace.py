@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.errors import NotObservable
-from oio.records import GasReading, JointState, nanoseconds
-from oio.trace import Trace
+from oio.core.errors import NotObservable
+from oio.core.records import GasReading, JointState, nanoseconds
+from oio.gas.trace import Trace
 
 
 def joints(t_s):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.uncertainty import STILL_M2_S, Noise, assemble, localisation, type_a, type_b
+from oio.inference.uncertainty import STILL_M2_S, Noise, assemble, localisation, type_a, type_b
 
 
 def test_equations_2_and_3_by_hand():

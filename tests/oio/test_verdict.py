@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from oio.errors import BadInput
-from oio.summary import Outcome
-from oio.verdict import Findings, Limits, judge
+from oio.core.errors import BadInput
+from oio.results.summary import Outcome
+from oio.results.verdict import Findings, Limits, judge
 
 LIMITS = Limits(nees_fail=16.3, nis_low=0.5, nis_high=2.0, baseline_effective=1.5, bound_ratio=4.0, narrowed=0.7)
 GOOD = Outcome(0.01, None, 0.005, 3.0, True, 1.0, 8, 60.0, True, 0.05, (0.3, 0.0, 0.2), 0.015)

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.arm import smooth
-from oio.errors import BadInput
-from oio.ways import COARSE, SHORTEST_S, TOLERANCE_M, _straight, at, lasts_s, out_m, planned
+from oio.core.errors import BadInput
+from oio.kinematics.arm import smooth
+from oio.motion.path_planning import COARSE, SHORTEST_S, TOLERANCE_M, _straight, at, lasts_s, out_m, planned
 
 SEEDS = st.integers(0, 10_000)
 
@@ -88,7 +88,7 @@ def test_a_round_trip_takes_as_long_either_way(built):
 @pytest.mark.parametrize("coarse", [COARSE, 2])
 def test_over_a_ceiling_that_is_too_low_the_way_goes_round(built, monkeypatch, coarse):
     """And what was thought of coarsely is looked at closely, be it ever so coarse."""
-    monkeypatch.setattr("oio.ways.COARSE", coarse)
+    monkeypatch.setattr("oio.motion.path_planning.COARSE", coarse)
     arm = replace(built("arm", "dof=3"), box_high_m=(0.58, 0.45, 0.20))
     round_about = [planned_or_none(arm, *of(arm, seed)) for seed in range(100) if not arm.free(*of(arm, seed))]
     found = [way for way in round_about if way is not None]

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oio.bouts import Baseline
-from oio.records import GasReading, JointState, nanoseconds
-from oio.whiff import Whiff
+from oio.core.records import GasReading, JointState, nanoseconds
+from oio.gas.bouts import Baseline
+from oio.gas.detection import Whiff
 
 AIR_PPM, SIGMA_PPM, FALL_S = 2.0, 0.1, 5.0
 HERE = np.zeros(3)

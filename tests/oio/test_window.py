@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from oio.estimators.step import Linear, predicted
-from oio.estimators.window import Window, Windowed, backward, forward, opened
-from oio.records import GasReading, seconds
+from oio.core.records import GasReading, seconds
+from oio.estimators.propagation import Linear, predicted
+from oio.estimators.smoothing_window import Window, Windowed, backward, forward, opened
 
 WINDOW = Window(readings=4, steps=1000, iterations=30, settled_sigmas=1e-6)
 

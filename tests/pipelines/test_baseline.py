@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from oio.errors import NotSettled
-from oio.records import GasSample, nanoseconds
+from oio.core.errors import NotSettled
+from oio.core.records import GasSample, nanoseconds
 
 
 class Air:

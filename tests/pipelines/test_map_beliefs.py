@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from oio.bench.trial import experiment
-from oio.calibration import Baselines, MapCalibration
+from oio.core.records import seconds
 from oio.log import MemoryLog
-from oio.pipeline import run_stages
-from oio.records import seconds
+from oio.results.calibration import Baselines, MapCalibration
+from oio.runtime.runner import run_stages
 from pipelines.map_beliefs import MapBeliefs
 
 WORDS = (

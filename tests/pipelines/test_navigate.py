@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 
 from hardware.sensors.nose import Nose
 from oio.bench.trial import experiment
-from oio.calibration import Navigation
-from oio.errors import WorldEnded
+from oio.core.errors import WorldEnded
+from oio.core.records import JointState, seconds
+from oio.estimators.odometry import Odometry
+from oio.gas.detection import Whiff
 from oio.log import MemoryLog
-from oio.odometry import Odometry
-from oio.pipeline import run_stages
-from oio.records import JointState, seconds
+from oio.results.calibration import Navigation
+from oio.results.summary import Evaluation
+from oio.runtime.runner import run_stages
+from oio.search.stop_rule import StopRule
 from oio.search.view import Move
-from oio.stop import StopRule
-from oio.summary import Evaluation
-from oio.whiff import Whiff
 from pipelines import navigate
 
 WORDS = (

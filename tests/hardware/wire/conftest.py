@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from hardware.wire import dynamixel, line, modbus, shdlc, sts
-from hardware.wire.framing import Framer, Sized
+from hardware.codecs import dynamixel, line, modbus, shdlc, sts
+from hardware.codecs.framing import Framer, Sized
 
 SCD30 = 0x61
 

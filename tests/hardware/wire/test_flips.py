@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
-from hardware.wire import dynamixel, line, modbus, scd4x, sts
+from hardware.codecs import dynamixel, line, modbus, scd4x, sts
 
 
 def flipped(raw: bytes, bit: int) -> bytes:

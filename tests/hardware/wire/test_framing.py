@@ -4,8 +4,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hardware.wire import dynamixel, line, modbus, sts
-from hardware.wire.framing import Sized
+from hardware.codecs import dynamixel, line, modbus, sts
+from hardware.codecs.framing import Sized
 
 
 def read(codec, *pieces):

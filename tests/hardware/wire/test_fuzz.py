@@ -3,7 +3,7 @@
 import pytest
 from scipy.stats import poisson
 
-from hardware.wire import line, scd4x
+from hardware.codecs import line, scd4x
 
 QUICK, LONG = 200_000, 10_000_000  # bytes
 SURE = 1e-9  # the probability that a right codec fails here; the seed is fixed, so it fails always or never

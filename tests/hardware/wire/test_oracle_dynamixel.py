@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.wire import dynamixel
+from hardware.codecs import dynamixel
 
 sdk = pytest.importorskip("dynamixel_sdk", reason="the oracle of Dynamixel is not installed: pip install oio[oracles]")
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.wire import sts
+from hardware.codecs import sts
 
 sdk = pytest.importorskip("scservo_sdk", reason="the oracle of the STS bus is not installed: pip install oio[oracles]")
 

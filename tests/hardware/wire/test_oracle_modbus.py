@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.wire import modbus
+from hardware.codecs import modbus
 
 minimalmodbus = pytest.importorskip("minimalmodbus", reason="the oracle of Modbus is not installed: pip install oio[oracles]")
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.wire import scd4x, shdlc
+from hardware.codecs import scd4x, shdlc
 
 WHY = "an oracle of SHDLC is not installed: pip install oio[oracles]"
 shdlc_driver = pytest.importorskip("sensirion_shdlc_driver", reason=WHY)

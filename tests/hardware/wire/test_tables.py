@@ -3,9 +3,9 @@ no run over an emulated wire would notice."""
 
 import pytest
 
-from hardware.noses import scd30
-from hardware.wire import dynamixel, scd4x, sts
-from hardware.wire.line import Lines
+from hardware.codecs import dynamixel, scd4x, sts
+from hardware.codecs.line import Lines
+from hardware.drivers.noses import scd30
 
 STS3215 = {  # lerobot, motors/feetech/tables.py, which cites Feetech's STS/SMS e-manual
     "MODEL": (3, 2), "ID": (5, 1), "BAUD": (6, 1), "RETURN_DELAY": (7, 1), "MIN_POSITION": (9, 2), "MAX_POSITION": (11, 2),

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.wire import dynamixel, line, modbus, scd4x, shdlc, sts
+from hardware.codecs import dynamixel, line, modbus, scd4x, shdlc, sts
 
 WORD = st.integers(0, 65535)
 REFUSED = (ValueError, struct.error, OverflowError)  # how Python's own packing refuses what does not fit

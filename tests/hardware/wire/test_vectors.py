@@ -2,7 +2,7 @@
 
 import pytest
 
-from hardware.wire import dynamixel, line, modbus, scd4x, shdlc, sts
+from hardware.codecs import dynamixel, line, modbus, scd4x, shdlc, sts
 
 H = bytes.fromhex
 

@@ -1,0 +1,38 @@
+"""Command lines of the hardware tools: KEY=VALUE words, as everywhere in OIO."""
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+
+from oio.cli.exit_codes import ended
+from oio.core import interrupt
+from oio.core.errors import BadInput
+
+
+def words(arguments: Sequence[str], keys: Mapping[str, str], command: str) -> tuple[dict[str, str], list[str]]:
+    """Given keys with their values (the others with their defaults), and plain words. Raises BadInput for keys that are not there."""
+    values, plain = dict(keys), list[str]()
+    for argument in arguments:
+        key, equals, value = argument.partition("=")
+        if not equals:
+            plain.append(argument)
+        elif key not in keys:
+            raise BadInput(f"{argument} was given, but `{command}` knows {', '.join(keys)}. Type e.g. {next(iter(keys))}=VALUE, or --help.")
+        else:
+            values[key] = value
+    return values, plain
+
+
+def whole(key: str, value: str, low: int, high: int) -> int:
+    """A whole number. Raises BadInput."""
+    if not value.isdecimal() or not low <= int(value) <= high:
+        raise BadInput(f"{key}={value} was given, but {key} is a whole number from {low} to {high}. Type {key}={low}.")
+    return int(value)
+
+
+def answered(main: Callable[[list[str]], None], help_text: str) -> int:
+    """The exit code of `main` with the words typed, or of the help that was asked for."""
+    interrupt.listen()
+    if {"--help", "-h"} & set(sys.argv[1:]):
+        print(help_text)  # noqa: T201
+        return 0
+    return ended(lambda: main(sys.argv[1:]))

@@ -1,0 +1,121 @@
+"""Sensirion SCD41 on a SEK-SensorBridge: SHDLC at 460800 baud, behind it I2C address 0x62 (data sheet v1.7, April 2025)."""
+
+import time
+from collections import Counter
+
+from hardware.codecs import scd4x, shdlc
+from hardware.drivers.noses.poll_schedule import Pace
+from hardware.drivers.noses.reading_filter import Intake
+from hardware.transport.clock import Clock
+from hardware.transport.device import Counts
+from hardware.transport.port import NoAnswer, Wire
+from hardware.transport.request import asked
+
+BRIDGE, SENSOR = 0x00, 0x62
+# commands of the bridge, for its first port: 3.3 V, supply on, 100 kHz; as in Sensirion's own driver
+VOLTAGE, SUPPLY, FREQUENCY, TRANSCEIVE, INFORMATION = 0x00, 0x01, 0x02, 0x11, 0xD0
+FIRST_PORT, ON, VOLTS_3_3, KHZ_100, NAME = 0x00, 0x01, 0x02, 0x00, b"\x01"
+ERROR = 0x7F  # of the state byte: why a command failed; its top bit says only that something once did
+VARIANT_SCD41 = 0x1440
+STOP_S, WAKE_S = 0.5, 0.03  # data sheet: after stop, after power-up
+TRIES, AGAIN_S = 4, 0.1
+LEAST_S = 5.0  # between two values
+I2C_US = 100_000
+ANSWER_S = 0.3
+
+
+class Scd41:
+    """Asks whether there is a new value, and for it."""
+
+    key, name, baud = "backend.nose", "scd41", 460_800
+
+    def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
+        self._intake, self._clock = intake, clock
+        self._pace = Pace(clock, sample_s, LEAST_S)
+        self._frames, self._lost, self._refused, self._bad = shdlc.Miso(), 0, 0, 0
+
+    def knock(self, wire: Wire) -> str | None:
+        """What the bridge calls itself."""
+        try:
+            data = self._bridge(wire, INFORMATION, NAME)
+        except NoAnswer:
+            return None
+        return bytes(c for c in data if 32 <= c < 127).decode("ascii") or "a bridge"
+
+    def begin(self, wire: Wire) -> None:
+        """Power, and periodic measurement."""
+        if self.knock(wire) is None:
+            raise NoAnswer("no SensorBridge answers")
+        self._bridge(wire, VOLTAGE, bytes((FIRST_PORT, VOLTS_3_3)))
+        self._bridge(wire, FREQUENCY, bytes((FIRST_PORT, KHZ_100)))
+        self._bridge(wire, SUPPLY, bytes((FIRST_PORT, ON)))
+        time.sleep(WAKE_S)
+        self._sensor(wire, scd4x.STOP, 0)  # it may be measuring still, and then takes no other command
+        time.sleep(self._clock.host_s(STOP_S))
+        if not self._is_there(wire):
+            raise NoAnswer("the bridge answers, but no SCD41 behind it")
+        self._sensor(wire, scd4x.START, 0)
+        self._pace.started()
+
+    def _is_there(self, wire: Wire) -> bool:
+        """Whether it says that it is an SCD41; asked more than once, for it may need a little longer to stop."""
+        for _ in range(TRIES):
+            variant = self._words(wire, scd4x.VARIANT, 1)
+            if variant is not None:
+                return variant[0] & 0xF000 == VARIANT_SCD41 & 0xF000
+            time.sleep(AGAIN_S)
+        return False
+
+    def turn(self, wire: Wire) -> bool:
+        """Ask; a value is as old as the question that was answered with yes."""
+        if self._pace.rested():
+            return True  # it was not asked
+        asked_ns = self._clock.now_ns()
+        self._intake.none_before(asked_ns)
+        try:
+            ready = self._words(wire, scd4x.READY, 1)
+            words = self._words(wire, scd4x.READ, 3) if ready and ready[0] & 0x07FF else None
+        except NoAnswer:
+            self._lost += 1
+            raise
+        if words is None:
+            self._pace.check()
+        else:
+            self._pace.new(asked_ns)
+            self._intake.put(asked_ns, 0, scd4x.measured(words)[0], self._clock.now_ns())
+        return ready is not None
+
+    def end(self, wire: Wire) -> None:
+        """It goes on measuring."""
+
+    def counts(self) -> Counts:
+        """Frames and samples so far; `refused` are answers with an error in their state, `bad` words with a wrong CRC."""
+        f = self._frames
+        frames = Counter(good=f.good, corrupt=f.corrupt, skipped=f.skipped, lost=self._lost, refused=self._refused, bad=self._bad)
+        return frames + self._intake.counts
+
+    def _words(self, wire: Wire, command: int, count: int) -> tuple[int, ...] | None:
+        """Words that the sensor answers; None where it refused or they were garbled."""
+        data = self._sensor(wire, command, 3 * count)
+        words = None if data is None else scd4x.unpacked(data)
+        if data is not None and words is None:
+            self._bad += 1
+        return words if words is not None and len(words) == count else None
+
+    def _sensor(self, wire: Wire, command: int, answer: int) -> bytes | None:
+        """The sensor's bytes; None if it did not acknowledge."""
+        payload = scd4x.transceive(SENSOR, command.to_bytes(2, "big"), answer, I2C_US)
+        frame = self._asked(wire, TRANSCEIVE, payload)
+        if frame.state & ERROR:
+            self._refused += 1
+            return None
+        return frame.data
+
+    def _bridge(self, wire: Wire, command: int, data: bytes) -> bytes:
+        frame = self._asked(wire, command, data)
+        if frame.state & ERROR:
+            raise NoAnswer(f"the bridge refuses command {command:#04x} with state {frame.state:#04x}")
+        return frame.data
+
+    def _asked(self, wire: Wire, command: int, data: bytes) -> shdlc.Frame:
+        return asked(wire, shdlc.mosi(BRIDGE, command, data), self._frames, lambda f: f.command == command, ANSWER_S)

@@ -1,0 +1,26 @@
+"""Whether an arm goes where it is led."""
+
+import math
+
+import numpy as np
+
+from oio.core.records import Array
+
+
+class Astray:
+    """A joint far from where it was led, for long: something is in its way, or its encoder is stuck."""
+
+    def __init__(self, names: tuple[str, ...], most_deg: float, for_s: float) -> None:
+        self._names, self._most_rad, self._for_s = names, math.radians(most_deg), for_s
+        self._since_s = np.full(len(names), np.nan)  # when each joint began to be astray
+
+    def feel(self, t_s: float, q_rad: Array, led_rad: Array) -> str | None:
+        """What is wrong with joints at q (n,) rad that were led to led (n,) rad; None if nothing, or not for long enough."""
+        off = np.abs(q_rad - led_rad) > self._most_rad
+        self._since_s = np.where(off, np.fmin(self._since_s, t_s), np.nan)
+        longest = np.nan_to_num(t_s - self._since_s, nan=0.0)
+        j = int(np.argmax(longest))
+        if longest[j] <= self._for_s:
+            return None
+        off_deg = math.degrees(abs(float(q_rad[j] - led_rad[j])))
+        return f"joint {self._names[j]} is {off_deg:.0f} degrees from where it was led; something is in its way, or its encoder is stuck"

@@ -1,0 +1,117 @@
+"""Everything that is emulated, put together: plant, devices, ports."""
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hardware.backends.mujoco_sim import MujocoSim
+from hardware.emulators import scd30, scd41
+from hardware.emulators.device import Device, Electronics, Trouble
+from hardware.emulators.dynamixel import Dynamixel
+from hardware.emulators.emulated_port import Agenda, Served
+from hardware.emulators.feetech import Feetech
+from hardware.emulators.line import HOLD_S, LineNose, Valve
+from hardware.emulators.loop import Loop
+from hardware.emulators.options import Choice
+from hardware.emulators.pty import Port
+from hardware.emulators.realtime_plant import Lab
+from hardware.simulation.plant import Plant
+from oio.core.errors import BadInput
+
+BUSES: dict[str, type[Feetech] | type[Dynamixel]] = {"feetech": Feetech, "dynamixel": Dynamixel}
+
+
+@dataclass(frozen=True)
+class Emulated:
+    """Its loop is not running yet."""
+
+    loop: Loop
+    plant: Plant
+    ports: dict[str, Path]  # by device: nose, arm, valve
+
+
+@contextlib.contextmanager
+def emulated(choice: Choice, sim: MujocoSim) -> Iterator[Emulated]:
+    """The ports are there until the end. Raises BadInput for what does not go together."""
+    choice.refuse_another_sensor(sim)
+    schedule = choice.schedule()
+    _load(sim)
+    with sim.plant() as plant, _folder(choice.out) as folder:
+        lab, agenda = Lab(plant, sim.arm, choice.speed), Agenda()
+        served = {
+            name: Served(device, Port(folder / name), trouble, agenda, choice.speed, sim.seeds.rng("disturbance", f"wire {name}"))
+            for name, device, trouble in _devices(choice, sim, lab)
+        }
+        with _plugged([each.port for each in served.values()]):
+            yield Emulated(Loop(lab, served, agenda, schedule), plant, {name: each.port.link for name, each in served.items()})
+
+
+def _load(sim: MujocoSim) -> None:
+    """The first use of compiled code takes seconds, in which no device would answer: use it on air that nobody smells."""
+    air = sim.air.open(np.random.default_rng(0), np.random.default_rng(0))
+    air.present(np.zeros(3), sim.emission_ml_s)
+    air.step(sim.joint_period_s)
+    air.ppm(np.ones(3))
+
+
+def _devices(choice: Choice, sim: MujocoSim, lab: Lab) -> Iterator[tuple[str, Device, set[str]]]:
+    trouble = set[str]()
+    yield "nose", _nose(choice.nose, sim, lab, trouble), trouble
+    if choice.arm != "none":
+        trouble = set()
+        yield "arm", BUSES[choice.arm](lab, trouble), trouble
+    if choice.valve != "none":
+        trouble = set()
+        hold_s = HOLD_S * max(1.0, choice.speed / 4.0)  # its host says once a second of its own that it is alive
+        yield "valve", Valve(lab.present, trouble, hold_s), trouble
+
+
+def _nose(driver: str, sim: MujocoSim, lab: Lab, trouble: Trouble) -> Device:
+    sensor = sim.sensor
+    if driver == "line":
+        bits: int = getattr(sensor, "adc_bits")  # noqa: B009  # a protocol has no such field; refused before if it is not there
+        return LineNose(Electronics(lab.raw, (1 << bits) - 1, trouble), sensor.elements, bits, trouble)
+    update_s: float = getattr(sensor, "dynamics").update_s  # noqa: B009
+    if driver == "scd30":
+        return scd30.Scd30(Electronics(lab.raw, scd30.FULL_PPM, trouble), update_s, trouble)
+    return scd41.SensorBridge(scd41.Scd41(Electronics(lab.raw, scd41.FULL_PPM, trouble), update_s), trouble)
+
+
+@contextlib.contextmanager
+def _folder(given: str | None) -> Iterator[Path]:
+    if given is None:
+        with tempfile.TemporaryDirectory(prefix="oio-emulate-") as made:  # nobody else may look in
+            yield Path(made)
+        return
+    folder = Path(given).expanduser().absolute()
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"out={given} was given, but it is no folder: {error.strerror}. Type e.g. out=/tmp/bench.") from None
+    yield folder
+
+
+@contextlib.contextmanager
+def _plugged(ports: list[Port]) -> Iterator[None]:
+    for port in ports:
+        _refuse_taken(port.link)
+    try:
+        for port in ports:
+            port.plug()
+        yield
+    finally:
+        for port in ports:
+            port.unplug()
+
+
+def _refuse_taken(link: Path) -> None:
+    """A link that leads nowhere is what an emulator left that was killed."""
+    if link.is_symlink() and not link.exists():
+        link.unlink()
+    if os.path.lexists(link):
+        raise BadInput(f"out={link.parent} was given, but {link} is there already. End the other emulator, or type another out=.")

@@ -1,0 +1,97 @@
+"""What is to be emulated: the words of `python -m hardware.emulate`, its own keys apart from those of the simulated bench."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from hardware.backends.mujoco_sim import MujocoSim
+from hardware.emulators.faults import Chance, Fault, kinds
+from hardware.emulators.faults import read as read_faults
+from oio.core.errors import BadInput
+from oio.core.settings import in_range, settings
+
+SENSORS = {"scd30": "ndir", "scd41": "pa", "line": "ec"}  # what a nose carries unless another sensor is asked for
+ALLOWED = {"nose": tuple(SENSORS), "arm": ("feetech", "dynamixel", "none"), "valve": ("line", "none")}
+EXAMPLE = "python -m hardware.emulate nose=scd30 arm=feetech air=draft"
+
+
+@settings
+class Choice:
+    """Keys of conf/emulate.yaml."""
+
+    nose: str
+    arm: str
+    valve: str
+    speed: float
+    out: str | None
+    faults: str | None
+    fault_s: float
+    random_count: int
+    random_within_s: float
+    random_longest_s: float
+    until_eof: bool
+
+    def check(self) -> None:
+        """Refuse unknown devices and senseless numbers."""
+        for key, allowed in ALLOWED.items():
+            given = getattr(self, key)
+            if given not in allowed:
+                raise BadInput(f"{key}={given} was given, but {key} can be {', '.join(allowed)}. Type e.g. {EXAMPLE}.")
+        in_range(self, speed=(0.1, 100), fault_s=(0.01, 3600))
+        in_range(self, random_count=(1, 100), random_within_s=(0, 1e6), random_longest_s=(0.01, 3600))
+
+    def schedule(self) -> tuple[Fault, ...]:
+        """Of the faults. Raises BadInput."""
+        if self.faults is None:
+            return ()
+        chance = Chance(self.random_count, self.random_within_s, self.random_longest_s)
+        return read_faults(self.faults, kinds(self.nose, self.arm, self.valve), self.fault_s, chance)
+
+    def refuse_another_sensor(self, sim: MujocoSim) -> None:
+        """A part that says ppm cannot carry one that says counts, and the other way round."""
+        counts = hasattr(sim.sensor, "adc_bits")
+        if counts != (self.nose == "line"):
+            fits = "nose=line, which says counts" if counts else "nose=scd30 or nose=scd41, which say ppm"
+            raise BadInput(f"sensor={sim.sensor.name} goes with {fits}, but nose={self.nose} was given.")
+
+
+def read(arguments: Sequence[str], source: Path) -> tuple[Choice, list[str]]:
+    """The choice and the overrides for the bench. Raises BadInput for what is no KEY=VALUE, is given twice, or is wrong."""
+    own: dict[str, Any] = yaml.safe_load(source.read_text(encoding="utf-8"))
+    words = _words(arguments)
+    if "backend" in words:
+        raise BadInput(f"backend={words['backend']} was given, but what is emulated is always backend=mujoco. Leave it out.")
+    choice = _checked({**own, **{key: _value(key, text) for key, text in words.items() if key in own}})
+    overrides = [f"{key}={text}" for key, text in words.items() if key not in own]
+    return choice, overrides if "sensor" in words else [f"sensor={SENSORS[choice.nose]}", *overrides]
+
+
+def _words(arguments: Sequence[str]) -> dict[str, str]:
+    words: dict[str, str] = {}
+    for word in arguments:
+        key, equals, value = word.partition("=")
+        if not equals or not key or key.startswith("-"):
+            raise BadInput(f"'{word}' was given, but KEY=VALUE words are wanted; --help lists them. Type e.g. {EXAMPLE}.")
+        if key in words:
+            raise BadInput(f"{key} was given twice. Give it once, e.g. {EXAMPLE}.")
+        words[key] = value
+    return words
+
+
+def _value(key: str, text: str) -> object:
+    """Paths and words stand for themselves; numbers, true and null are as in YAML."""
+    if key in (*ALLOWED, "out", "faults"):
+        return None if text == "null" else text
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+
+
+def _checked(values: Mapping[str, Any]) -> Choice:
+    try:
+        return Choice(**values)
+    except BadInput as error:
+        raise BadInput(str(error).replace("Choice.", "", 1)) from None

@@ -1,0 +1,4 @@
+"""The simulated bench: plant (MuJoCo arm, air, sensor), encoders with drift, specimens of sensors with spread, lag and noise.
+
+May import: `oio`. May not import: `hardware.sensors`, the filter's models, a device, a clock.
+"""

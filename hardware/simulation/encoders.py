@@ -1,0 +1,35 @@
+"""Encoders of the simulated arm: whole counts, with a drift and a homing offset that nobody is told."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from oio.core.records import Array
+
+if TYPE_CHECKING:
+    from hardware.backends.mujoco_sim import MujocoSim
+
+
+class Encoders:
+    """Counts with a drift 1/2 a t^2 and a homing offset."""
+
+    def __init__(self, accel: Array, homing: Array, step_rad: float) -> None:
+        self._half_accel, self._homing, self._step = 0.5 * accel, homing, step_rad
+        self.offset = homing  # what the encoders add to the joint angles now (n,) rad
+
+    @classmethod
+    def drawn(cls, sim: "MujocoSim") -> "Encoders":
+        """Those of one arm."""
+        arm, n = sim.arm, sim.arm.dof
+        accel = math.radians(arm.encoder_drift_deg_s2) * sim.seeds.rng("truth", "drift").uniform(-1, 1, n)
+        homing = math.radians(arm.homing_offset_deg) * sim.seeds.rng("truth", "homing").standard_normal(n)
+        return cls(accel, homing, 2 * math.pi / sim.encoder_counts)
+
+    def drift(self, t_s: float) -> None:
+        """As far as they have drifted by t_s."""
+        self.offset = self._homing + self._half_accel * (t_s * t_s)
+
+    def read(self, q_true: Array) -> Array:
+        """Quantised angles (n,) rad."""
+        return np.asarray(np.rint((q_true + self.offset) / self._step) * self._step)

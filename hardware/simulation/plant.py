@@ -1,0 +1,143 @@
+"""The simulated physical bench: MuJoCo moves the arm, the air carries the gas, a specimen of the sensor smells it.
+
+It has no wire and no clock of its own: whoever ticks it says how fast time goes. `backend=mujoco` samples it; the emulators put it behind
+the wire of real devices. Each tick: servos get the set-point, seen through their drifting encoders; the arm moves; the air moves; the
+sensor is exposed.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from hardware.simulation.encoders import Encoders
+from oio.core.errors import BadInput, OioError
+from oio.core.records import Array, Truth, nanoseconds, seconds
+
+if TYPE_CHECKING:
+    from hardware.backends.mujoco_sim import MujocoSim
+
+
+STOP_RAD = math.radians(0.5)  # so near an end of its range a joint is at its stop
+
+
+class Plant:
+    """Live. Time is counted in ticks of `sim.joint_period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in."""
+
+    _SAG_S = 1.0  # to sag into the servos and the free play
+
+    def __init__(self, sim: "MujocoSim", warned: list[str]) -> None:
+        self._sim, self._warned, self._ticks = sim, warned, 0
+        self._model, self.mjcf = sim.model()
+        self._data = mujoco.MjData(self._model)
+        self.tick_ns, self._substeps = nanoseconds(sim.joint_period_s), _substeps(sim.joint_period_s, self._model.opt.timestep)
+        truth, arm = sim.seeds, sim.arm
+        self._encoders = Encoders.drawn(sim)
+        self._specimen = sim.sensor.unit(truth.rng("truth", "specimen"), truth.rng("measurement", "sensor"))
+        self._air = sim.air.open(truth.rng("truth", "air"), truth.rng("disturbance", "air"))
+        self.places = {
+            "none": None,
+            "beacon": sim.beacon.placed("beacon", arm, truth.rng("truth", "beacon")),
+            "source": sim.source.placed("source", arm, truth.rng("truth", "source")),
+        }
+        self.strengths = {
+            "none": 0.0,
+            "beacon": sim.beacon.strength_drawn(truth.rng("truth", "beacon strength")),
+            "source": sim.source.strength_drawn(truth.rng("truth", "source strength")),
+        }
+        self._open, self._ppm = "none", sim.background_ppm
+        self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
+        self._hinges = np.array([self._model.joint(name).id for name in arm.names])
+        self._servos = np.array([self._model.actuator(name).id for name in arm.names])
+        self._nose_m, self._angles, self._ctrl = self._data.site("nose").xpos, self._data.qpos, self._data.ctrl  # views of the live data
+        self._torque = np.zeros(arm.dof)
+        self._stand_still()
+
+    def _stand_still(self) -> None:
+        for name, home in zip(self._sim.arm.all_names, self._sim.arm.home_rad, strict=True):
+            self._data.joint(name).qpos = home
+            self._data.actuator(name).ctrl = home
+        self._step(round(self._SAG_S / self._model.opt.timestep))
+        self._data.time = 0.0
+
+    def _step(self, count: int) -> None:
+        """The servos' torque is the mean of the steps: after one of the set-point it goes from one end of their range to the other."""
+        self._torque = np.zeros(len(self._servos))
+        for _ in range(count):
+            mujoco.mj_step(self._model, self._data)
+            self._torque += self._data.actuator_force[self._servos]
+        self._torque /= count
+        if self._warned:  # MuJoCo itself would go on, after bad numbers from the pose of the MJCF
+            raise OioError(
+                f"the physics of {self._sim.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
+                f"Check masses, gains and timestep of the MJCF; a smaller timestep or arm.joint_speed may do."
+            )
+
+    @property
+    def t_ns(self) -> int:
+        """Nanoseconds since the plant was made."""
+        return self._ticks * self.tick_ns
+
+    @property
+    def ticks(self) -> int:
+        """How many control periods have passed."""
+        return self._ticks
+
+    def present(self, source: str) -> None:
+        """Swap the source; the air of the old one is gone, the new plume stands."""
+        if source not in self.places:
+            raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(self.places)}.")
+        self._open = source
+        self._air.present(self.places[source], self.strengths[source] * self._sim.emission_ml_s)
+
+    def tick(self, set_point: Array) -> None:
+        """Advance one control period with the servos told to hold set_point (n,) rad, as their encoders see it."""
+        self._ctrl[self._servos] = set_point - self._encoders.offset
+        self._step(self._substeps)
+        self._ticks += 1
+        self._encoders.drift(seconds(self.t_ns))
+        self._breathe()
+
+    def _breathe(self) -> None:
+        sim = self._sim
+        if self._ticks % sim.air_every == 0:
+            self._air.step(sim.air_every * sim.joint_period_s)
+        before, self._ppm = self._ppm, sim.background_ppm + self._air.ppm(self._nose_m)
+        self._specimen.step(0.5 * (before + self._ppm), sim.joint_period_s)  # else the gas would be half a tick ahead of the nose
+
+    def encoders(self) -> Array:
+        """What the encoders say: q (n,) rad, in whole counts."""
+        return self._encoders.read(self._angles[self._joints])
+
+    def turned(self) -> Array:
+        """What the encoders would say if they counted finely (n,) rad: for whoever has a clock that is finer than a tick."""
+        return np.asarray(self._angles[self._joints] + self._encoders.offset)
+
+    def load(self) -> Array:
+        """Torque of the servos, the mean of the last tick, over what they can do (n,), -1 to 1; zero where the MJCF sets no limit."""
+        limit = np.max(np.abs(self._model.actuator_forcerange[self._servos]), axis=1)
+        return np.asarray(self._torque / np.where(limit > 0, limit, np.inf))
+
+    def at_stop(self) -> Array:
+        """Which joints (n,) stand at an end of their range."""
+        low, high = self._model.jnt_range[self._hinges].T
+        q = self._angles[self._joints]
+        return np.asarray(self._model.jnt_limited[self._hinges].astype(bool) & ((q < low + STOP_RAD) | (q > high - STOP_RAD)))
+
+    def raw(self, element: int) -> float:
+        """What the sensor's electronics put on the wire now."""
+        return self._specimen.sample(element, seconds(self.t_ns))
+
+    def truth(self) -> Truth:
+        """What is so now."""
+        place = self.places[self._open]
+        source = np.full(3, np.nan) if place is None else place
+        return Truth(self.t_ns, self._angles[self._joints], self._nose_m, source, self._ppm)
+
+
+def _substeps(period_s: float, timestep_s: float) -> int:
+    count = round(period_s / timestep_s)
+    if not math.isclose(count * timestep_s, period_s):
+        raise BadInput(f"backend.joint_period_s is {period_s}, but it must be a multiple of the MJCF's {timestep_s} s.")
+    return count

@@ -1,0 +1,69 @@
+"""Which port is meant: a path, `usb:VENDOR:PRODUCT[:SERIAL]`, or `ask`, which asks every port that is plugged in who it is."""
+
+import os
+import re
+from collections.abc import Callable
+
+from serial.tools import list_ports
+
+from hardware.transport.port import NoAnswer, Unplugged, Wire, opened
+from oio.core.errors import BadInput
+
+USB = re.compile(r"usb:([0-9A-Fa-f]{4}):([0-9A-Fa-f]{4})(?::(.+))?")
+Knock = Callable[[Wire], str | None]
+
+
+def found(port: str, key: str, baud: int, knock: Knock) -> str:
+    """The path of `port`. Raises BadInput, naming `key`, if it is not there or not the only one that fits."""
+    usb = USB.fullmatch(port)
+    if usb:
+        return _one(port, key, [info.device for info in list_ports.comports() if _is(info, usb)])
+    if port == "ask":
+        return _one(port, key, [info.device for info in list_ports.comports() if _answers(info.device, key, baud, knock)])
+    if not os.path.exists(port):
+        raise BadInput(f"{key}={port} was given, but there is no such port. {plugged_in()}")
+    return port
+
+
+def plugged_in() -> str:
+    """What there is, in one sentence."""
+    names = [f"{info.device} ({named(info)})" for info in list_ports.comports()]
+    there = f"Plugged in: {', '.join(names)}." if names else "Nothing is plugged in that the system lists."
+    return f"{there} `python -m hardware.ports` asks each who it is."
+
+
+def named(info: object) -> str:
+    """A port as it can be typed: usb:VENDOR:PRODUCT:SERIAL, or what the system calls it."""
+    vid, pid, number = (getattr(info, name, None) for name in ("vid", "pid", "serial_number"))
+    if vid is None or pid is None:
+        return str(getattr(info, "description", "unknown"))
+    return f"usb:{vid:04X}:{pid:04X}" + (f":{number}" if number else "")
+
+
+def _is(info: object, usb: re.Match[str]) -> bool:
+    vid, pid, number = usb.groups()
+    if getattr(info, "vid", None) is None:
+        return False
+    same = (int(vid, 16), int(pid, 16)) == (getattr(info, "vid", None), getattr(info, "pid", None))
+    return same and number in (None, getattr(info, "serial_number", None))
+
+
+def _answers(path: str, key: str, baud: int, knock: Knock) -> bool:
+    try:
+        wire = opened(path, baud, key)
+    except (BadInput, Unplugged):
+        return False  # another's
+    try:
+        return knock(wire) is not None
+    except (Unplugged, NoAnswer):
+        return False
+    finally:
+        wire.close()
+
+
+def _one(port: str, key: str, paths: list[str]) -> str:
+    if len(paths) == 1:
+        return paths[0]
+    if paths:
+        raise BadInput(f"{key}={port} was given, but {len(paths)} ports fit: {', '.join(paths)}. Type {key}={paths[0]} or another of them.")
+    raise BadInput(f"{key}={port} was given, but no port fits. {plugged_in()}")

@@ -1,1 +1,0 @@
-"""Pure codecs of the wires: bytes in, values out; no port, no time, no threads."""

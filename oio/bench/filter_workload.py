@@ -1,0 +1,108 @@
+"""A course for filters: an arm that swings about, readings that surprise nobody, and the matrices of the plain filter along the way."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter
+
+from oio.cli.experiment import Experiment
+from oio.core.records import Array, Belief, GasReading, JointState, nanoseconds
+from oio.estimators.base import Begins, Estimator
+from oio.estimators.ekf import Ekf
+from oio.estimators.odometry import begun_from_best
+from oio.inference.map_fit import Fit
+from oio.inference.prior import cold
+from oio.inference.state_space import Model
+
+STEP_S = 0.02
+SWING_RAD, SWING_S = 0.2, 4.0
+PPM = 5.0  # lagged concentration at the beginning
+MEASUREMENTS = 10
+
+
+@dataclass(frozen=True)
+class Course:
+    """Joints and readings in turn, and the hypothesis that filters begin with."""
+
+    model: Model
+    fit: Fit
+    joints: tuple[JointState, ...]
+    readings: tuple[GasReading, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What a filter's algebra needs of one step."""
+
+    mean: Array  # (N,) before it
+    f: Array  # (N, N)
+    q: Array
+    expected_ppm: float
+    h: Array  # (N,)
+    r_ppm2: float
+
+
+def course(built: Experiment, steps: int) -> Course:
+    """The cold model of an experiment, its source and law known to a hundredth of a cold start's standard deviations."""
+    made = built.stages["assemble_qr"]
+    known = cold(made.arm, made.law, made.wander, made.nominal)  # type: ignore[attr-defined]
+    fit = Fit(known.layout, known.mean, 1e-4 * known.cov, 0.0, PPM, known.model.fluctuation, MEASUREMENTS, known.model.law)
+    joints = tuple(_joints(built, i) for i in range(1, steps + 1))
+    ekf, belief, readings = Ekf(gate_nis=25.0), known.model.begin(fit, 0, MEASUREMENTS), list[GasReading]()
+    for i, state in enumerate(joints):
+        belief = ekf.predict(known.model, belief, state)
+        fair = GasReading(state.t_ns, i % known.model.elements, 0.0, known.model.sigma_ppm)
+        expected, _, _ = known.model.measurement(belief.mean, fair)
+        readings.append(GasReading(state.t_ns, fair.element, expected, fair.sigma_ppm))
+        belief, _ = ekf.update(known.model, belief, readings[-1])
+    return Course(known.model, fit, joints, tuple(readings))
+
+
+def _joints(built: Experiment, i: int) -> JointState:
+    t_s, rate = i * STEP_S, 2 * np.pi / SWING_S
+    one = np.ones(built.arm.dof)
+    swing, speed = SWING_RAD * np.sin(rate * t_s), SWING_RAD * rate * np.cos(rate * t_s)
+    return JointState(nanoseconds(t_s), built.arm.home + swing * one, speed * one, -rate * rate * swing * one)
+
+
+def begun(estimator: Estimator, way: Course) -> Belief:
+    """A filter's belief at the beginning."""
+    begin = estimator.begin if isinstance(estimator, Begins) else begun_from_best
+    return begin(way.model, (way.fit,), 0, MEASUREMENTS)
+
+
+def matrices(way: Course) -> list[Step]:
+    """Those of the plain filter along the way; with readings as expected the mean never jumps."""
+    mean, found = way.model.begin(way.fit, 0, MEASUREMENTS).mean, list[Step]()
+    for state, reading in zip(way.joints, way.readings, strict=True):
+        after, f, q = way.model.transition(mean, STEP_S, state)
+        expected, h, r = way.model.measurement(after, reading)
+        found.append(Step(mean, f, q, expected, h, r))
+        mean = after
+    return found
+
+
+def filterpy_alone(way: Course, ready: list[Step]) -> None:
+    """filterpy's ExtendedKalmanFilter on ready-made matrices."""
+    begin = way.model.begin(way.fit, 0, MEASUREMENTS)
+    ekf = ExtendedKalmanFilter(dim_x=len(begin.mean), dim_z=1)
+    ekf.x, ekf.P = np.array(begin.mean), np.array(begin.cov)
+    for step, reading in zip(ready, way.readings, strict=True):
+        ekf.F, ekf.Q = step.f, step.q
+        ekf.predict()
+        ekf.update(np.array([reading.ppm]), _jacobian, _expected, R=np.array([[step.r_ppm2]]), args=(step,), hx_args=(step,))
+
+
+def _jacobian(x: Array, step: Step) -> Array:
+    return step.h[None, :]
+
+
+def _expected(x: Array, step: Step) -> Array:
+    return np.array([step.expected_ppm])
+
+
+def model_alone(way: Course, ready: list[Step]) -> None:
+    """Transition and measurement, as often as the plain filter asks for them."""
+    for step, state, reading in zip(ready, way.joints, way.readings, strict=True):
+        after, _, _ = way.model.transition(step.mean, STEP_S, state)
+        way.model.measurement(after, reading)

@@ -1,0 +1,158 @@
+"""What a person sees: one line per stage while it runs, one table at the end. Quiet when not a terminal, but for the table."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from oio.cli.seed_table import show_groups
+
+OUTCOMES = {
+    "cold": "cold start",
+    "calibrated": "calibrated",
+    "calibrated_paper_assembly": "with the paper's Q, R",
+}
+
+
+class StageLines:
+    """A watcher for `RunLog.watchers`: a line per stage with simulated seconds, what it waits for, and the current figure."""
+
+    def __init__(self) -> None:
+        text = TextColumn("{task.description:<16} {task.fields[simulated]:>8}  {task.fields[waits]}  [bold]{task.fields[figure]}")
+        self._progress = Progress(SpinnerColumn(finished_text="✓"), text, TimeElapsedColumn(), console=Console(stderr=True))
+        self._tasks: dict[str, TaskID] = {}
+        self._on = sys.stderr.isatty()
+
+    def __enter__(self) -> "StageLines":
+        if self._on:
+            self._progress.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._on:
+            self._progress.stop()
+
+    def __call__(self, stage: str, state: str, t_ns: int, waits_for: str, figure: str) -> None:
+        """Called by the log as stages begin, tell, end or fail."""
+        if not self._on:
+            return
+        shown: dict[str, Any] = {"simulated": f"{t_ns / 1e9:.1f} s"}
+        if state == "begin":
+            self._tasks[stage] = self._progress.add_task(stage, total=1, waits="", figure="", **shown)
+            return
+        if state == "progress":
+            shown |= {"waits": escape(waits_for), "figure": escape(figure)}
+        if state == "failed":
+            shown |= {"waits": "[red]failed[/red]"}
+        self._progress.update(self._tasks[stage], completed=int(state == "end"), **shown)
+
+
+def show_summary(document: Mapping[str, Any], where: str) -> None:
+    """Cold start against calibrated, in mm, with the verdict on coverage."""
+    console = Console(soft_wrap=True)
+    if document["calibrated"] is not None:
+        title = f"{document['sensor']} ({document['profile']}), dof={document['dof']}, air={document['air']}, seed={document['seed']}"
+        Console(width=max(console.width, 112)).print(_outcome_table(document, title))
+    calibration = document["calibration"]
+    if calibration is not None:
+        console.print(
+            f"calibration {calibration['time_s']:.0f} s, {calibration['moves']} moves; u_a {calibration['u_a_ppm']:.3g} ppm, "
+            f"u_b {1e3 * calibration['u_b_m']:.1f} mm, error {calibration['error_ppm']:.3g} ppm"
+        )
+    if document["bound_m"] is not None:
+        console.print(_bounds(document))
+    colour = {"PASS": "green", "WARN": "yellow", "FAIL": "red"}[document["verdict"]]
+    console.print(f"verdict [bold {colour}]{document['verdict']}[/]{_coverage(document)}")
+    for reason in document["reasons"]:
+        console.print(f"  - {reason}", markup=False)
+    console.print(where, markup=False)
+
+
+def _coverage(document: Mapping[str, Any]) -> str:
+    outcome = document["calibrated"]
+    if outcome is None or outcome["inside_95"] is None:
+        return ""
+    return f": the 95 % region {'contains' if outcome['inside_95'] else 'misses'} the source"
+
+
+def _bounds(document: Mapping[str, Any]) -> str:
+    """The error over what no estimator can beat along this path, at this truth; on average over truths from the prior, beside it."""
+    ratio, bound, posterior = number(document["bound_ratio"], 1.0, 2), number(document["bound_m"]), number(document["posterior_bound_m"])
+    return f"error / bound {ratio} (Cramer-Rao {bound} mm; van Trees, the mean over sources anywhere but on this path, {posterior} mm)"
+
+
+def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
+    bearing = "bearing_error_deg" in document["calibrated"]
+    error = "bearing error [deg]" if bearing else "source error [mm]"
+    table = Table(title=escape(title), title_justify="left")
+    table.add_column("", no_wrap=True)
+    for head in (error, "+- [mm]", "nose error [mm]", "NEES", "in 95 %", "NIS", "moves", "time [s]", "declared"):
+        table.add_column(escape(head), justify="right", min_width=max(len(word) for word in head.split()))
+    for key, name in OUTCOMES.items():
+        o = document[key]
+        if o is None:
+            continue
+        missed = number(o.get("bearing_error_deg"), 1.0) if bearing else number(o["source_error_m"])
+        inside = {True: "yes", False: "no", None: "-"}[o["inside_95"]]
+        table.add_row(
+            name, missed, number(o["sd_m"]), number(o["nose_error_m"]), number(o["nees_source"], 1.0), inside,
+            number(o["nis_mean"], 1.0, 2), str(o["moves"]), number(o["time_s"], 1.0), "yes" if o["found"] else "no",
+        )  # fmt: skip
+    table.add_row("dead reckoning", "", "", number(document["dead_reckoning"]["nose_error_m"]), *[""] * 6)
+    return table
+
+
+def number(value: float | None, factor: float = 1e3, digits: int = 1) -> str:
+    """A figure scaled (metres to millimetres unless told), or a dash."""
+    return "-" if value is None else f"{factor * value:.{digits}f}"
+
+
+def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
+    """One table over all jobs; `rows` have job, overrides, state, error, and the summary if there is one."""
+    table = Table(title=escape(f"{len(rows)} jobs, {where}"), title_justify="left")
+    for head in (
+        "job",
+        "sensor",
+        "dof",
+        "air",
+        "seed",
+        "state",
+        "cold [mm]",
+        "calibrated [mm]",
+        "in 95 %",
+        "cal. time [s]",
+        "u_a [ppm]",
+        "wall [s]",
+    ):
+        table.add_column(escape(head), justify="left" if head in ("job", "sensor", "air", "state") else "right")
+    for row in rows:
+        s = row["summary"]
+        if s is None:
+            table.add_row(escape(row["job"]), *[""] * 4, row["state"], *[""] * 6)
+            continue
+        cold, calibrated = (_missed(s[key]) for key in ("cold", "calibrated"))
+        inside = {True: "yes", False: "no", None: "-"}[s["calibrated"]["inside_95"] if s["calibrated"] else None]
+        calibration = s["calibration"] or {"time_s": None, "u_a_ppm": None}
+        table.add_row(
+            escape(row["job"]), s["sensor"], str(s["dof"]), s["air"], str(s["seed"]), row["state"], cold, calibrated, inside,
+            number(calibration["time_s"], 1.0, 0), number(calibration["u_a_ppm"], 1.0, 2), number(s["wall_s"], 1.0),
+        )  # fmt: skip
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    console.print(table)
+    show_groups([row["summary"] for row in rows if row["summary"]], console)
+    for row in rows:
+        if row["error"]:
+            console.print(f"job {row['job']}: {row['error']}", markup=False, soft_wrap=True)
+
+
+def _missed(outcome: Mapping[str, Any] | None) -> str:
+    if outcome is None:
+        return "-"
+    if outcome.get("bearing_error_deg") is not None:
+        return f"{outcome['bearing_error_deg']:.1f} deg"
+    return number(outcome["source_error_m"])

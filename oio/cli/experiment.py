@@ -1,0 +1,127 @@
+"""One experiment: everything Hydra built, run into one directory that says how it went."""
+
+import json
+import platform
+import subprocess
+import time
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from oio import __version__
+from oio.cli.console import StageLines
+from oio.core.errors import BadInput, OioError
+from oio.core.folders import ROOT
+from oio.core.interfaces import Backend, Sensor, World
+from oio.kinematics.arm import Arm
+from oio.log import RunLog
+from oio.results.calibration import Calibration
+from oio.results.summary import Evaluation, summary, to_json
+from oio.runtime.runner import Stage, check_order, run_stages
+
+PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What was composed and built; `identity` is what summary.json says of it."""
+
+    arm: Arm
+    sensor: Sensor
+    backend: Backend
+    stages: Mapping[str, Stage]
+    identity: dict[str, Any]
+    config_yaml: str
+    overrides: list[str]
+
+    @property
+    def seed(self) -> int:
+        """Of everything random."""
+        return int(self.identity["seed"])
+
+    def about(self) -> dict[str, str]:
+        """The log's metadata `oio.run`: what was run, with what, from which source."""
+        named = {key: str(value) for key, value in self.identity.items()}
+        versions = {"oio": __version__, "python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+        return {
+            **named, "config": self.config_yaml, "overrides": json.dumps(self.overrides),
+            "versions": json.dumps(versions), "git": _git_state(), "clock": "simulated or device seconds since the world opened",
+        }  # fmt: skip
+
+
+def execute(experiment: Experiment, out: Path) -> dict[str, Any]:
+    """Run all stages; leaves run.mcap, config.yaml, status.json and summary.json in `out`, and returns the summary.
+
+    A failure leaves its traceback in status.json and is raised again. A directory with a status.json is never written to.
+    """
+    check_order(experiment.stages)
+    _refuse_used(out)
+    began = time.monotonic()
+    with experiment.backend.open() as world:  # what the world refuses leaves nothing behind
+        _claim(out)
+        (out / "config.yaml").write_text(experiment.config_yaml, encoding="utf-8")
+        try:
+            document = _summary(experiment, _stages(experiment, world, out), time.monotonic() - began)
+        except KeyboardInterrupt:
+            _status(out, "interrupted", "stopped by the person or the system; run.mcap.part can be read, see python -m oio.recover")
+            raise
+        except BaseException as error:
+            known = isinstance(error, OioError)
+            _status(out, "failed", str(error) if known else repr(error), traceback.format_exc())
+            raise
+    (out / "summary.json").write_text(to_json(document), encoding="utf-8")
+    _status(out, "done", None)
+    return document
+
+
+def _stages(experiment: Experiment, world: World, out: Path) -> dict[type, object]:
+    arm, lines = experiment.arm, StageLines()
+    attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": arm.path.read_bytes()}
+    with RunLog.create(
+        out / "run.mcap", sensor=experiment.sensor.name, joints=arm.names, metadata=experiment.about(), attachments=attachments
+    ) as log, lines:  # fmt: skip
+        log.watchers.append(lines)
+        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw)
+
+
+def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float) -> dict[str, Any]:
+    calibration, found = results.get(Calibration), results.get(Evaluation)
+    assert calibration is None or isinstance(calibration, Calibration)
+    assert found is None or isinstance(found, Evaluation)
+    return summary(experiment.identity, calibration, found, wall_s)
+
+
+def _refuse_used(out: Path) -> None:
+    if (out / "status.json").exists():
+        raise BadInput(f"{out} already holds a run (status.json). Give another directory, e.g. hydra.run.dir={out}_2.")
+
+
+def _claim(out: Path) -> None:
+    """Of two runs that start at once only one gets the directory."""
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        with (out / "status.json").open("x", encoding="utf-8") as file:
+            file.write(to_json({"state": "running", "error": None, "traceback": None}))
+    except FileExistsError:
+        _refuse_used(out)
+
+
+def _status(out: Path, state: str, error: str | None, trace: str | None = None) -> None:
+    (out / "status.json").write_text(to_json({"state": state, "error": error, "traceback": trace}), encoding="utf-8")
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _git_state() -> str:
+    if not (ROOT / ".git").exists():
+        return "no git"
+    told = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=40"], cwd=ROOT, capture_output=True, text=True, check=False)
+    return told.stdout.strip() or "no commit"

@@ -1,0 +1,6 @@
+"""Where the project's folders are: `ROOT` holds the packages; `CONF` the configuration, beside them in a source tree, in `oio` in a wheel."""
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+CONF = next((path for path in (ROOT / "conf", ROOT / "oio" / "conf") if path.is_dir()), ROOT / "conf")

@@ -1,0 +1,147 @@
+"""`Model.transition` compiled, for many states at once, and covariances carried by it without its zeros.
+
+F = I but for the rows of o and v (dt, dt^2 / 2 beside them), f (`row`) and m (`keep`): F P F' costs a few rows, not two products.
+`Model.transition` is the readable reference; a test holds both to the same numbers.
+"""
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from oio.core.records import Array
+from oio.gas.fluctuation import coupled
+from oio.gas.range_law import LAW, concentration
+from oio.kinematics.forward import nose_and_jacobian
+
+Links = tuple[Array, Array, NDArray[np.int64], Array, Array]
+
+
+@numba.njit(cache=True)
+def moved(x: Array, dt: float, q: Array, dq: Array, links: Links, numbers: Array) -> tuple[Array, Array, Array]:
+    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `coupled` (k, 6) for states x (k, N), encoders at q (n,) moving with dq.
+
+    The gas of the step is taken from where the joints were half a step before.
+    """
+    k, n, half = x.shape[0], len(q), 0.5 * dt * dt
+    new = x.copy()
+    for i in range(k):
+        for j in range(n):
+            new[i, j] += dt * x[i, n + j] + half * x[i, 2 * n + j]
+            new[i, n + j] += dt * x[i, 2 * n + j]
+    poses, axes, kinds, locked, offset = links
+    p, jac = nose_and_jacobian(q - 0.5 * dt * dq - new[:, :n], poses, axes, kinds, locked, offset, True)
+    c, grad, steps = _gas(new, p, jac, dt, dq, numbers)
+    return new, _follow(new, c, grad, jac, steps, dt), steps
+
+
+@numba.njit(cache=True)
+def _gas(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers: Array) -> tuple[Array, Array, Array]:
+    """Concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the steps (k, 6) of lag and fluctuation."""
+    r_ref, radius, rise, fall, gamma, t_ref, nose_u, stray, still = numbers
+    k, n = x.shape[0], len(dq)
+    c, grad = np.empty(k), np.empty((k, LAW))
+    tau, t, swing = np.empty(k), np.empty(k), np.empty(k)
+    for i in range(k):
+        theta = x[i, 3 * n : 3 * n + LAW]
+        c_i, grad_i, r_i, rarity_i = concentration(p[i : i + 1], theta, r_ref, radius)
+        c[i], grad[i], r = c_i[0], grad_i[0], r_i[0]
+        speed2 = 0.0
+        for a in range(3):
+            along = 0.0
+            for j in range(n):
+                along += jac[i, a, j] * dq[j] if abs(dq[j]) > still else 0.0
+            speed2 += along * along
+        near, far = theta[4] * nose_u / r, stray * np.log(r / r_ref)
+        swing[i] = c[i] * np.sqrt(rarity_i[0] + (near * near + far * far) / (gamma * gamma))
+        tau[i] = rise if c[i] + swing[i] * x[i, -1] > x[i, -2] else fall
+        t[i] = r / (r_ref / t_ref + np.sqrt(speed2))
+    return c, grad, coupled(np.full(k, dt), tau, t, swing, gamma * gamma)
+
+
+@numba.njit(cache=True)
+def _follow(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt: float) -> Array:
+    """Lets f and m of x (k, N) follow, in place; F's rows of f (k, N)."""
+    k, n = x.shape[0], jac.shape[2]
+    rows = np.zeros(x.shape)
+    for i in range(k):
+        phi, to, keep = steps[i, 0], steps[i, 1], steps[i, 2]
+        felt = (1.0 - phi) * c[i] + to * x[i, -1]
+        for j in range(n):
+            by_o = felt * (grad[i, 0] * jac[i, 0, j] + grad[i, 1] * jac[i, 1, j] + grad[i, 2] * jac[i, 2, j])
+            rows[i, j], rows[i, n + j], rows[i, 2 * n + j] = by_o, dt * by_o, 0.5 * dt * dt * by_o
+        rows[i, 3 * n : 3 * n + LAW] = felt * grad[i]
+        rows[i, -2], rows[i, -1] = phi, to
+        x[i, -2], x[i, -1] = phi * x[i, -2] + felt, keep * x[i, -1]
+    return rows
+
+
+@numba.njit(cache=True)
+def through(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
+    """F a (N, p)."""
+    out, half = a.copy(), 0.5 * dt * dt
+    out[-2] = 0.0
+    for j in range(a.shape[0]):
+        if row[j] != 0.0:
+            for p in range(a.shape[1]):
+                out[-2, p] += row[j] * a[j, p]
+    for j in range(n):
+        for p in range(a.shape[1]):
+            out[j, p] += dt * a[n + j, p] + half * a[2 * n + j, p]
+            out[n + j, p] += dt * a[2 * n + j, p]
+    for p in range(a.shape[1]):
+        out[-1, p] *= keep
+    return out
+
+
+@numba.njit(cache=True)
+def back(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
+    """F' a (N,)."""
+    out = a.copy()
+    out[-2], out[-1] = 0.0, keep * a[-1]
+    for j in range(a.shape[0]):
+        out[j] += row[j] * a[-2]
+    for j in range(n):
+        out[2 * n + j] += dt * a[n + j] + 0.5 * dt * dt * a[j]
+        out[n + j] += dt * a[j]
+    return out
+
+
+@numba.njit(cache=True)
+def carried(cov: Array, row: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
+    """F P F' + Q (N, N), symmetric to the bit."""
+    half = through(cov, row, step[2], dt, n)
+    out = through(half.T.copy(), row, step[2], dt, n)
+    return noisy(out, step, dt, n, walk, drift)
+
+
+@numba.njit(cache=True)
+def noisy(cov: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
+    """P + Q (N, N), symmetric to the bit; walk (2, N) is the variance per step and per second, drift that of the encoders' acceleration."""
+    size = cov.shape[0]
+    out = np.empty((size, size))
+    for i in range(size):
+        for j in range(i + 1):
+            out[i, j] = out[j, i] = 0.5 * (cov[i, j] + cov[j, i])
+    for i in range(size):
+        out[i, i] += walk[0, i] + dt * walk[1, i]
+    t2, o, v, a = dt * dt, 0, n, 2 * n
+    for j in range(n):
+        for x, y, q in (
+            (o, o, t2 * t2 * dt / 20), (o, v, t2 * t2 / 8), (o, a, t2 * dt / 6), (v, v, t2 * dt / 3), (v, a, t2 / 2), (a, a, dt),
+        ):  # fmt: skip
+            out[x + j, y + j] += drift * q
+            out[y + j, x + j] = out[x + j, y + j]
+    out[-2, -2] += step[3]
+    out[-2, -1] += step[4]
+    out[-1, -2] = out[-2, -1]
+    out[-1, -1] += step[5]
+    return out
+
+
+@numba.njit(cache=True)
+def predicted(
+    mean: Array, cov: Array, dt: float, q: Array, dq: Array, links: Links, numbers: Array, walk: Array, drift: float
+) -> tuple[Array, Array]:
+    """x = f(x) (N,), P = F P F' + Q (N, N)."""
+    new, rows, steps = moved(mean.copy().reshape(1, -1), dt, q, dq, links, numbers)
+    return new[0], carried(cov, rows[0], steps[0], dt, len(q), walk, drift)

@@ -1,0 +1,63 @@
+"""Dead reckoning from a log alone: the arm comes from the MJCF that is attached to it."""
+
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from oio.core.errors import BadInput
+from oio.core.records import Array, JointState
+from oio.kinematics.forward import nose_and_jacobian
+from oio.kinematics.model_loading import Chain, read_chain
+from oio.log import read_attachment
+
+
+@dataclass(frozen=True, eq=False)
+class Encoders:
+    """An arm whose encoders are taken at their word; joints that do not move stay at `locked` (m,) rad."""
+
+    chain: Chain
+    locked: Array
+
+    @property
+    def shoulder_m(self) -> Array:
+        """Where the first joint sits (3,) m."""
+        return self.chain.poses[0, :3, 3]
+
+    def noses(self, joints: Iterable[JointState]) -> Iterator[tuple[int, Array]]:
+        """(t_ns, nose (3,) m) of every joint state."""
+        c = self.chain
+        for state in joints:
+            yield state.t_ns, nose_and_jacobian(state.q[None, :], c.poses, c.axes, c.kinds, self.locked, c.nose_offset)[0][0]
+
+
+def encoders(path: Path, identity: dict[str, str]) -> Encoders | None:
+    """The arm of a log; None if the log has none attached, or one that does not fit its joints."""
+    moving = tuple(identity.get("joints", "").split())
+    try:
+        chain = _chain(read_attachment(path, "arm.mjcf"))
+    except BadInput:
+        return None
+    locked = _home(path, len(chain.names))
+    if locked is None and len(moving) == len(chain.names):
+        locked = np.zeros(len(moving))  # all joints move: it is not looked at
+    return Encoders(chain, locked) if locked is not None and chain.names[: len(moving)] == moving else None
+
+
+def _chain(mjcf: bytes) -> Chain:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "arm.mjcf"
+        file.write_bytes(mjcf)
+        return read_chain(file)
+
+
+def _home(path: Path, joints: int) -> Array | None:
+    """Where the locked joints rest, from the configuration that is attached; None if it does not say."""
+    try:
+        home = np.array(yaml.safe_load(read_attachment(path, "config.yaml"))["arm"]["home_rad"], dtype=np.float64)
+    except (BadInput, yaml.YAMLError, KeyError, TypeError, ValueError):
+        return None
+    return home if home.shape == (joints,) else None

@@ -1,0 +1,135 @@
+"""What a picture needs of a log: where the nose and the source were, where they were believed to be, and what was smelled."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from oio.core.records import Array, Event, GasReading, JointState, Truth, seconds
+from oio.figures.dead_reckoning import Encoders, encoders
+from oio.log import read_end, read_hypotheses, read_metadata, read_odometry, read_readings, read_samples, read_stages, read_states
+
+SEARCH = "navigate"
+SOURCE = ("source_x", "source_y", "source_z")
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """One stage, from begin_s to end_s since the world opened."""
+
+    stage: str
+    begin_s: float
+    end_s: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """Positions over time: t_s (k,) s, p_m (k, 3) m in the base frame, cov_m2 (k, 3, 3) m^2 (zero where nothing is uncertain)."""
+
+    t_s: Array
+    p_m: Array
+    cov_m2: Array
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    def during(self, span: Span) -> "Course":
+        """The part inside a span."""
+        inside = (self.t_s >= span.begin_s) & (self.t_s <= span.end_s)
+        return Course(self.t_s[inside], self.p_m[inside], self.cov_m2[inside])
+
+    def distances(self, truth: "Course") -> tuple[Array, Array]:
+        """t_s (j,) and distance (j,) m where both are known at one instant: in 20 ms the nose moves by more than its error."""
+        t_s, mine, theirs = np.intersect1d(self.t_s, truth.t_s, return_indices=True)
+        return t_s, np.linalg.norm(self.p_m[mine] - truth.p_m[theirs], axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Story:
+    """A run. Courses may be empty and places None: hardware knows no truth, and a search may end before its first map."""
+
+    identity: dict[str, str]
+    spans: tuple[Span, ...]
+    search: Span  # the whole run if nothing was searched for
+    readings: tuple[GasReading, ...]
+    truth: Course
+    odometry: Course
+    dead: Course  # dead reckoning: the encoders taken at their word
+    source: Course  # as believed
+    shoulder_m: Array  # (3,) bearings are seen from here
+    places: dict[str, Array]  # where the `beacon` and the `source` truly were, (3,) m
+
+    @property
+    def dof(self) -> int:
+        """Joints that moved; below three only the bearing of a source is observable."""
+        return int(self.identity.get("dof", "0"))
+
+
+def read_story(path: Path) -> Story:
+    """The story of a finished log; raises BadInput for anything else."""
+    identity = read_metadata(path)
+    whole = Span("", 0.0, seconds(read_end(path)))
+    spans = tuple(_spans(path, whole.end_s))
+    search = next((span for span in reversed(spans) if span.stage == SEARCH), whole)
+    arm, readings = encoders(path, identity), tuple(read_readings(path))
+    truth, joints, places = _world(path)
+    dead = course([(t, p, None) for t, p in arm.noses(joints)] if arm else [])
+    odometry, source = course(read_odometry(path)), course(_sources(path, search.begin_s))
+    truth, odometry, dead, source = (c.during(search) for c in (truth, odometry, dead, source))
+    return Story(identity, spans, search, readings, truth, odometry, dead, source, _shoulder(arm), places)
+
+
+def course(rows: Any) -> Course:
+    """A course of (t_ns, p (3,) m, covariance (3, 3) m^2 or None); what is not finite cannot be drawn and is left out."""
+    known = ((seconds(t_ns), p, np.zeros((3, 3)) if cov is None else cov) for t_ns, p, cov in rows)
+    found = [row for row in known if np.all(np.isfinite(row[1])) and np.all(np.isfinite(row[2]))]
+    t, p, cov = zip(*found, strict=True) if found else ((), (), ())
+    return Course(np.array(t), np.array(p).reshape(-1, 3), np.array(cov).reshape(-1, 3, 3))
+
+
+def _shoulder(arm: Encoders | None) -> Array:
+    return np.zeros(3) if arm is None else arm.shoulder_m
+
+
+def _spans(path: Path, end_s: float) -> Iterator[Span]:
+    begun: dict[str, float] = {}
+    for t_ns, stage, state in read_stages(path):
+        if state == "begin":
+            begun[stage] = seconds(t_ns)
+        elif stage in begun:
+            yield Span(stage, begun.pop(stage), seconds(t_ns))
+    yield from (Span(stage, begin_s, end_s) for stage, begin_s in begun.items())  # a recovered log may break off inside one
+
+
+def _world(path: Path) -> tuple[Course, list[JointState], dict[str, Array]]:
+    """The true nose, the encoders, and the true place of each source that was opened."""
+    truths, joints, places, opened = [], [], dict[str, Array](), ""
+    for sample in read_samples(path):
+        match sample:
+            case Truth():
+                truths.append((sample.t_ns, sample.nose_m, None))
+                if np.all(np.isfinite(sample.source_m)):
+                    places[opened] = sample.source_m
+            case JointState():
+                joints.append(sample)
+            case Event(kind="present"):
+                opened = sample.text
+    return course(truths), joints, places
+
+
+def _sources(path: Path, since_s: float) -> list[tuple[int, Array, Array]]:
+    """The believed source after every reading and, at the ends of moves, after a new map: what a search ends with.
+
+    What was mapped up to since_s was the beacon.
+    """
+    mapped = [(t_ns, *found[0]) for t_ns, found in read_hypotheses(path) if found and seconds(t_ns) > since_s]
+    return sorted([*_filtered(path), *mapped], key=lambda row: row[0])  # stable: of one time, the map is the later
+
+
+def _filtered(path: Path) -> Iterator[tuple[int, Array, Array]]:
+    for names, belief in read_states(path):
+        if all(name in names for name in SOURCE):
+            at = [names.index(name) for name in SOURCE]
+            yield belief.t_ns, belief.mean[at], belief.cov[np.ix_(at, at)]

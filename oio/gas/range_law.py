@@ -1,0 +1,149 @@
+"""Response to RSSI to range and back, and the filter's model of the mean concentration around a source.
+
+ln c(p) = l - n ln(r / r_ref) - (|k| r - k.d) - u r,   d = p - s,   r^2 = |d|^2 + radius^2
+
+n = 1, k = 0 is diffusion from a point, any n with k = 0 the log-distance law of radio (Rappaport), and k = U / 2K the steady plume of a
+source in wind U with eddy diffusivity K. u is the thinning of a plume that is still growing or is lost to the room (1 / u is the
+length of the isotropic plume of Vergassola et al. 2007). l is the logarithm of the concentration at r_ref. The radius of the source
+removes the pole.
+"""
+
+from dataclasses import dataclass, replace
+
+import numba
+import numpy as np
+
+from oio.core.errors import BadInput
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.gas.fluctuation import Field
+
+AIRS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
+LAW = 9  # parameters of the law: s (3), l, n, k (3), u
+PLAYS_MOST_M, STRAYS_MOST = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
+UNTOLD_U = 2.0  # of l about the largest reading seen (a factor of seven), where ln_strength_u is about a strength that was told
+LEAST_LN_PPM, MOST_LN_PPM = -20.0, 14.0  # of a strength that can be told; ln(1e6 ppm) is 13.8
+_SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
+MOST = 50.0  # ln c is never more: exp of it is still a number
+_RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
+
+
+@settings
+class RangeLaw:
+    """The nominal law, before anything is calibrated, and how far a real one may be from it (one sigma)."""
+
+    air: str  # which of n, k and u the calibration frees: one of AIRS
+    r_ref_m: float  # distance at which l is given
+    radius_m: float  # radius of the source
+    ln_strength: float | None  # l of the source to be found, if it is known; None: it is about the largest reading seen
+    ln_strength_u: float  # of l about either
+    exponent: float  # n
+    exponent_u: float
+    wind_per_m_u: float  # of each horizontal component of k = U / 2K about still air
+    lift_per_m_u: float  # of its vertical component
+    thinning_per_m_u: float  # of u about none
+    nose_u_m: float  # how well kinematics know the nose from one moment to the next, until calibrated
+    nose_choices_m: tuple[float, ...]  # of which calibration takes the likeliest
+    stray: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C), until calibrated
+    stray_choices: tuple[float, ...]  # likewise
+    usual_nose_u_m: float  # a choice below this,
+    usual_stray: float  # or below this,
+    calm_evidence: float  # must be so much likelier, in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
+    gamma: float  # relative fluctuation of the gas on the plume's axis
+    eddy_s: float  # its correlation time at r_ref
+
+    def check(self) -> None:
+        """Refuse unknown airs and senseless laws."""
+        if self.air not in AIRS:
+            raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(AIRS[:-1])} or {AIRS[-1]}. Type range.air=all.")
+        in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
+        in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
+        self._check_strength()
+        in_range(self, nose_u_m=(1e-6, PLAYS_MOST_M), stray=(0, STRAYS_MOST), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        in_range(self, usual_nose_u_m=(0, PLAYS_MOST_M), usual_stray=(0, STRAYS_MOST), calm_evidence=(0, 1e6))
+        for key, low, high in (("nose_choices_m", 1e-6, PLAYS_MOST_M), ("stray_choices", 0.0, STRAYS_MOST)):
+            choices = getattr(self, key)
+            if not choices or not all(low <= choice <= high for choice in choices):
+                given = f"range.{key} is {list(choices)}"
+                raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range.{key}=[0.1].")
+
+    def _check_strength(self) -> None:
+        l = self.ln_strength
+        if l is not None and not LEAST_LN_PPM <= l <= MOST_LN_PPM:
+            allowed = f"{LEAST_LN_PPM:g} to {MOST_LN_PPM:g} or null: it is the natural logarithm of ppm"
+            raise BadInput(f"range.ln_strength is {l:g}, but it can be {allowed}. Type e.g. range.ln_strength=3.0, which is 20 ppm.")
+
+    def strength(self, largest_ppm: float) -> float:
+        """Where the prior of l lies: as told, or at the largest reading."""
+        return float(np.log(largest_ppm)) if self.ln_strength is None else self.ln_strength
+
+    def untold(self) -> "RangeLaw":
+        """The same law about another source, such as the beacon: its strength was not told."""
+        return self if self.ln_strength is None else replace(self, ln_strength=None, ln_strength_u=UNTOLD_U)
+
+    def doubt(self, nose_u_m: float, stray: float) -> float:
+        """What so calm a choice costs, in -2 ln L, against those that are not calmer than is usual."""
+        return self.calm_evidence * ((nose_u_m < self.usual_nose_u_m) + (stray < self.usual_stray))
+
+    def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> Field:
+        """What fluctuations need to know of the mean field."""
+        return Field(c, rarity, r, speed_m_s, exponent * self.nose_u_m, self.stray, self.r_ref_m)
+
+
+@dataclass(frozen=True, slots=True)
+class Rssi:
+    """RSSI = 10 log10(C / C_ref) [dB]; r = d0 10^((RSSI0 - RSSI) / 10 n) [m] (log-distance path loss; section II-D of the paper)."""
+
+    c_ref_ppm: float  # concentration of 0 dB
+    d0_m: float
+    rssi0_db: float  # at d0
+    exponent: float
+
+    def of(self, c_ppm: Array) -> Array:
+        """Concentrations (k,) ppm to dB; values below a thousandth of C_ref count as that."""
+        return 10.0 * np.log10(np.maximum(c_ppm, 1e-3 * self.c_ref_ppm) / self.c_ref_ppm)
+
+    def range_m(self, rssi_db: Array) -> Array:
+        """dB to metres."""
+        return self.d0_m * 10.0 ** ((self.rssi0_db - rssi_db) / (10.0 * self.exponent))
+
+
+@numba.njit(cache=True)
+def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[Array, Array, Array, Array]:
+    """Mean concentration c (k,) ppm at p (k, 3) m, the derivative of ln c (k, LAW) with respect to theta = (s (3), l, n, k (3), u),
+    the distance r (k,) m and the rarity exp(|k| r - k.d) (k,), at most 1000.
+
+    The derivative with respect to p is minus that with respect to s.
+    """
+    k = p.shape[0]
+    c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
+    for i in range(k):
+        c[i], distance[i], rarity[i] = law_at(p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2], theta, r_ref, radius, grad[i])
+    return c, grad, distance, rarity
+
+
+@numba.njit(cache=True)
+def law_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float, grad: Array) -> tuple[float, float, float]:
+    """c, r and rarity at one place d from the source, as `concentration` has them; the derivative of ln c goes to grad (LAW and more,)."""
+    wx, wy, wz = theta[5], theta[6], theta[7]
+    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
+    ln_c, r2, ln_r, off_axis = shape(dx, dy, dz, theta, r_ref, radius)
+    r = np.sqrt(r2)
+    radial = theta[4] / r2 + (speed - _SMOOTH_PER_M + theta[8]) / r
+    grad[0], grad[1], grad[2] = dx * radial - wx, dy * radial - wy, dz * radial - wz
+    grad[3], grad[4], grad[8] = 1.0, -ln_r, -r
+    grad[5], grad[6], grad[7] = dx - r * wx / speed, dy - r * wy / speed, dz - r * wz / speed
+    return np.exp(min(ln_c, MOST)), r, np.exp(min(max(off_axis, 0.0), _RAREST))
+
+
+@numba.njit(cache=True)
+def shape(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float) -> tuple[float, float, float, float]:
+    """ln c, r^2, ln(r / r_ref) and |k| r - k.d at one place d from the source."""
+    wx, wy, wz = theta[5], theta[6], theta[7]
+    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
+    r2 = dx * dx + dy * dy + dz * dz + radius * radius
+    r = np.sqrt(r2)
+    ln_r = np.log(r / r_ref)
+    along = wx * dx + wy * dy + wz * dz
+    off_axis = (speed - _SMOOTH_PER_M) * r - along
+    return theta[3] - theta[4] * ln_r - off_axis - theta[8] * r, r2, ln_r, off_axis

@@ -1,0 +1,137 @@
+"""The forward model of a trace of readings, with its derivatives: what the batch fit fits.
+
+theta = (s (3) m | l | n | k (3) 1/m | u 1/m | o (dof) rad | a (dof) rad/s^2 | ln g (E) | ln tau factor | b (E) ppm)
+
+Reading i of element e at time t:  z_i = g_e f(t_i) + b_e + noise,  f the lagged mean concentration at the nose p(q - o - a t^2 / 2);
+the noise is that of `oio.gas.fluctuation`.
+"""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from oio.core.records import Array
+from oio.gas import censored
+from oio.gas.fluctuation import Along
+from oio.gas.range_law import LAW, RangeLaw
+from oio.gas.trace import Sniffs
+from oio.inference.forward_kernel import forward
+from oio.inference.grid_search import scaled
+from oio.kinematics.arm import Arm
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where each block of theta lies."""
+
+    dof: int
+    elements: int
+
+    @property
+    def size(self) -> int:
+        """Length of theta."""
+        return LAW + 2 * self.dof + 2 * self.elements + 1
+
+    law, source, strength, exponent, wind, thinning = slice(0, LAW), slice(0, 3), 3, 4, slice(5, 8), 8
+
+    @property
+    def offset(self) -> slice:
+        """Joint offsets at t = 0 [rad]."""
+        return slice(LAW, LAW + self.dof)
+
+    @property
+    def drift(self) -> slice:
+        """Accelerations of the encoders [rad/s^2]."""
+        return slice(LAW + self.dof, LAW + 2 * self.dof)
+
+    @property
+    def gain(self) -> slice:
+        """ln(gain) of the elements."""
+        return slice(LAW + 2 * self.dof, LAW + 2 * self.dof + self.elements)
+
+    @property
+    def tau(self) -> int:
+        """ln(lag / nominal lag)."""
+        return LAW + 2 * self.dof + self.elements
+
+    @property
+    def baseline(self) -> slice:
+        """Offsets of the elements [ppm]."""
+        return slice(self.size - self.elements, self.size)
+
+
+_layout = functools.cache(Layout)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expected:
+    """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), or (0, P) if they are not wanted, the lagged
+    concentration at the end of the path [ppm], and the mean field along the path."""
+
+    ppm: Array
+    rows: Array
+    lagged_ppm: float
+    along: Along
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """One trace with the arm that carried the nose, the law, the nominal lag [s] and what is known before (mean, cov of theta)."""
+
+    sniffs: Sniffs
+    arm: Arm
+    law: RangeLaw
+    elements: int
+    rise_s: float
+    fall_s: float
+    mean: Array
+    cov: Array
+
+    @property
+    def layout(self) -> Layout:
+        """Of theta."""
+        return _layout(self.arm.dof, self.elements)
+
+    def predict(self, theta: Array, want_rows: bool = True) -> Expected:
+        """Forward model at theta (P,), with its derivatives unless they are not wanted."""
+        h, rows, gain, along, last = self._forward(theta, want_rows)
+        c, rarity, r, speed, dt, tau = along
+        field = self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
+        return Expected(h, rows, float(last), Along(field, dt, tau, self.sniffs.at, gain, self.variance(theta, h)))
+
+    def nose(self, theta: Array) -> Array:
+        """Where the nose was along the path (k, 3) m."""
+        sn, lay = self.sniffs, self.layout
+        return self.arm.nose(sn.q - theta[lay.offset] - 0.5 * sn.t_s[:, None] ** 2 * theta[lay.drift])
+
+    def expect(self, theta: Array) -> Array:
+        """The expected readings alone, without offsets (m,) ppm."""
+        return self._forward(theta, False)[0]
+
+    def _forward(self, theta: Array, want_rows: bool) -> tuple[Array, Array, Array, Array, float]:
+        sn, law = self.sniffs, self.law
+        path, lag = (sn.t_s, sn.q, sn.at, sn.element), (self.rise_s, self.fall_s)
+        return forward(theta, path, sn.ppm[0], self.arm.moving, (law.r_ref_m, law.radius_m), lag, want_rows)
+
+    def scaled(self, thetas: Array, left: Array, z: Array, weight: Array) -> tuple[Array, Array]:
+        """Of thetas (j, P) that differ in source and strength alone: weighted sums of squares (j,) of readings (m,) that have `left` and z
+        above it, with the strength of least squares; and how much greater than theirs its logarithm is (j,)."""
+        sn, lay, law, theta = self.sniffs, self.layout, self.law, thetas[0]
+        gains, factor, e = np.exp(theta[lay.gain]), float(np.exp(theta[lay.tau])), sn.element[0]
+        start = max(float((sn.ppm[0] - theta[lay.baseline][e]) / gains[e]), 0.0)
+        dt, lag = np.diff(sn.t_s, prepend=sn.t_s[0]), (factor * self.rise_s, factor * self.fall_s)
+        numbers = (law.r_ref_m, law.radius_m)
+        return scaled(thetas, self.nose(theta), dt, sn.at, gains[sn.element], start, numbers, lag, left, z, weight)
+
+    def residual(self, theta: Array, h: Array) -> Array:
+        """Readings minus expectation (m,) ppm; of a censored one what `oio.gas.censored` makes of it."""
+        sn = self.sniffs
+        return censored.residual(self._miss(theta, h), sn.sigma_ppm, sn.censored)
+
+    def variance(self, theta: Array, h: Array) -> Array:
+        """White variance of the readings (m,) ppm^2; what a censored one tells hangs on what is expected."""
+        return censored.variance(self._miss(theta, h), self.sniffs.sigma_ppm, self.sniffs.censored)
+
+    def _miss(self, theta: Array, h: Array) -> Array:
+        return np.asarray(self.sniffs.ppm - h - theta[self.layout.baseline][self.sniffs.element])

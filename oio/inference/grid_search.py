@@ -1,0 +1,59 @@
+"""Many places of the source ranked at once: what each would have smelt like along one path of the nose, its strength fitted.
+
+numba's cache does not notice a change in `oio.inference.forward_kernel` or `oio.gas.range_law`: after one, delete __pycache__/*.nb? here.
+"""
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from oio.core.records import Array
+from oio.gas.range_law import MOST, shape
+from oio.inference.forward_kernel import held
+
+
+@numba.njit(cache=True)
+def scaled(
+    thetas: Array, nose: Array, dt: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float],
+    lag: tuple[float, float], left: Array, z: Array, weight: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """For theta (j, P) that differ in source and strength alone: weighted sums of squares (j,) with the strength of least squares, and how
+    much greater than theta's the latter's logarithm is (j,).
+
+    nose (k, 3) m, dt (k,) s and the lag's beginning are the path's; readings (m,) have a place on it, a gain, what is `left` of
+    the beginning, what is above that (z), and a weight. `law`: r_ref and radius [m]. `lag`: rise and fall [s].
+    """
+    costs, more, h = np.empty(len(thetas)), np.empty(len(thetas)), np.empty(len(at))
+    steps = np.empty((len(dt), 2, 2))  # phi and w0 + phi of every step, for rise and fall
+    for i in range(len(dt)):
+        for j in range(2):
+            steps[i, j, 0], steps[i, j, 1], _ = held(dt[i], lag[j])
+    for j in range(len(thetas)):
+        _smelt(thetas[j], nose, at, gain, start, law, steps, h)
+        hz, hh, cost = 0.0, 0.0, 0.0
+        for i in range(len(at)):
+            h[i] -= left[i]
+            hz += weight[i] * h[i] * z[i]
+            hh += weight[i] * h[i] * h[i]
+        factor = max(hz / max(hh, 1e-300), 1e-6)
+        for i in range(len(at)):
+            cost += weight[i] * (z[i] - factor * h[i]) ** 2
+        costs[j], more[j] = cost, np.log(factor)
+    return costs, more
+
+
+@numba.njit(cache=True)
+def _smelt(
+    theta: Array, nose: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float], steps: Array, h: Array
+) -> None:
+    """h (m,) ppm: the readings expected, without offsets."""
+    f, c, reading = start, 0.0, 0
+    for i in range(len(nose)):
+        ln_c, _, _, _ = shape(nose[i, 0] - theta[0], nose[i, 1] - theta[1], nose[i, 2] - theta[2], theta, law[0], law[1])
+        now = np.exp(min(ln_c, MOST))
+        before, c = (c if i > 0 else now), now
+        step = steps[i, 0 if c > f else 1]
+        f = step[0] * f + (step[1] - step[0]) * before + (1.0 - step[1]) * c
+        while reading < len(at) and at[reading] == i:
+            h[reading] = gain[reading] * f
+            reading += 1

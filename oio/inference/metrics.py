@@ -1,0 +1,64 @@
+"""Errors and consistency of a source estimate; what a DoF cannot see is not scored."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtri
+
+from oio.core.records import Array
+from oio.kinematics.arm import Arm
+
+COVERAGE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class SourceScore:
+    """Error in metres, or bearing error in degrees where the DoF cannot observe a position; NEES over its own dimension."""
+
+    source_error_m: float | None
+    bearing_error_deg: float | None
+    nees: float
+    dimension: int
+
+    @property
+    def inside_95(self) -> bool:
+        """Whether the truth lies in the 95 % region."""
+        return bool(self.nees <= chdtri(self.dimension, 1.0 - COVERAGE))
+
+
+def nees(error: Array, cov: Array) -> float:
+    """Normalised estimation error squared e' P^-1 e (Bar-Shalom, Li, Kirubarajan 2001, 5.4)."""
+    return float(error @ np.linalg.solve(cov, error))
+
+
+def score_source(mean: Array, cov: Array, truth: Array, arm: Arm) -> SourceScore:
+    """Position error for three or more joints; with one joint the azimuth, with two azimuth and elevation, seen from the shoulder."""
+    if arm.dof >= 3:
+        return SourceScore(float(np.linalg.norm(mean - truth)), None, nees(mean - truth, cov), 3)
+    origin = arm.shoulder
+    angles, jacobian = bearing(mean - origin)
+    true_angles, _ = bearing(truth - origin)
+    difference = (angles - true_angles + np.pi) % (2 * np.pi) - np.pi
+    seen = arm.dof
+    spread = (jacobian @ cov @ jacobian.T)[:seen, :seen]
+    error = np.degrees(_great_circle(mean - origin, truth - origin)) if seen == 2 else abs(np.degrees(difference[0]))
+    return SourceScore(None, float(error), nees(difference[:seen], spread), seen)
+
+
+def bearing(d: Array) -> tuple[Array, Array]:
+    """Azimuth and elevation (2,) rad of a direction (3,), and their Jacobian (2, 3)."""
+    x, y, z = d
+    flat2 = max(x * x + y * y, 1e-12)
+    flat, r2 = np.sqrt(flat2), max(float(d @ d), 1e-12)
+    angles = np.array([np.arctan2(y, x), np.arctan2(z, flat)])
+    return angles, np.array([[-y / flat2, x / flat2, 0.0], [-x * z / (flat * r2), -y * z / (flat * r2), flat / r2]])
+
+
+def _great_circle(a: Array, b: Array) -> float:
+    cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b))
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def rms(values: list[float]) -> float | None:
+    """Root mean square; None of nothing."""
+    return float(np.sqrt(np.mean(np.square(values)))) if values else None

@@ -1,0 +1,112 @@
+"""What a filter may know before it searches: calibrated by the stages, or cold from data sheets and nominal models."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.range_law import PLAYS_MOST_M, STRAYS_MOST, RangeLaw
+from oio.inference.forward_model import Layout
+from oio.inference.map_fit import Fit
+from oio.inference.state_space import Model, Wander
+from oio.inference.uncertainty import Noise
+from oio.kinematics.arm import Arm
+
+FIXED = 1e-6  # standard deviation, in each parameter's unit, of what is taken as known
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """A prior of the batch parameters (mean (P,), cov (P, P)), and the model that the filter goes on with."""
+
+    mean: Array
+    cov: Array
+    model: Model
+    delay_s: float = 0.0  # how late readings are stamped: see `oio.gas.timing`
+
+    @property
+    def layout(self) -> Layout:
+        """Of mean and cov."""
+        return Layout(self.model.arm.dof, self.model.elements)
+
+
+@settings
+class Nominal:
+    """Data-sheet figures: lag [s], offsets and their standard uncertainty [ppm], and how far gains and lags of specimens differ (ln);
+    how late readings are stamped [s]."""
+
+    rise_s: float
+    fall_s: float
+    elements: int
+    background_ppm: float
+    accuracy_ppm: float
+    sigma_ppm: float
+    gain_u: float
+    tau_u: float
+    delay_s: float
+    delay_u_s: float  # standard uncertainty; 0: the delay is known, and calibration does not look for it
+
+    def check(self) -> None:
+        """Refuse readings that come before the gas."""
+        in_range(self, delay_s=(0.0, 10.0), delay_u_s=(0.0, 10.0))
+
+
+def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
+    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `around`): one that was told
+    is that of the source to be found, and the first fit is of the beacon."""
+    lay = Layout(arm.dof, nominal.elements)
+    mean, sd = np.zeros(lay.size), np.zeros(lay.size)
+    mean[lay.exponent], sd[lay.exponent] = law.exponent, law.exponent_u
+    sd[lay.wind] = law.wind_per_m_u, law.wind_per_m_u, law.lift_per_m_u
+    sd[lay.thinning] = law.thinning_per_m_u
+    sd[lay.offset] = np.radians(np.hypot(arm.homing_u_deg, arm.backlash_deg / 2)) + FIXED
+    sd[lay.drift] = np.radians(arm.encoder_drift_deg_s2) / np.sqrt(3.0) + 1e-9  # a bound is a rectangle (GUM 4.3.7)
+    sd[lay.gain] = nominal.gain_u
+    sd[lay.gain.start] = FIXED  # the first element is the scale; the strength takes up its gain
+    sd[lay.tau] = nominal.tau_u
+    mean[lay.baseline], sd[lay.baseline] = offsets, offsets_u
+    return around(mean, np.diag(sd**2), arm, law.untold())
+
+
+def around(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:
+    """The same prior with the source forgotten: anywhere in the nose's box (a rectangle per axis), ln strength about `ln_strength`."""
+    low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
+    mean, cov = np.array(mean), np.array(cov)
+    cov[:4, :] = cov[:, :4] = 0.0
+    mean[:3], mean[3] = (low + high) / 2, ln_strength
+    cov[range(3), range(3)] = ((high - low) / 2) ** 2 / 3.0
+    cov[3, 3] = law.ln_strength_u**2
+    return mean, cov
+
+
+def cold(arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal) -> Knowledge:
+    """The same filter without calibration: nominal range law, unit gains, nominal lag and offsets, data-sheet noise."""
+    offsets = np.full(nominal.elements, nominal.background_ppm)
+    fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED, thinning_per_m_u=FIXED)
+    figures = replace(nominal, gain_u=FIXED, tau_u=FIXED)
+    mean, cov = prior(arm, fixed, figures, offsets, np.full(nominal.elements, nominal.accuracy_ppm))
+    model = Model(
+        arm, law, wander, nominal.rise_s, nominal.fall_s, (1.0,) * nominal.elements,
+        Fluctuation(1.0, law.gamma, law.eddy_s), nominal.sigma_ppm, Noise.nominal(),
+    )  # fmt: skip
+    return Knowledge(mean, cov, model, nominal.delay_s)
+
+
+def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Noise) -> Knowledge:
+    """What the fit on the known source taught, but for the source itself.
+
+    Where the repeats missed by more than their covariances said, all that a reading may stray by is inflated alike: the next source is
+    found with the same sensor in the same air.
+    """
+    more = float(np.sqrt(noise.inflation))
+    fl = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=more * fit.fluctuation.gamma)
+    stray, nose_u_m = min(more * fit.law.stray, STRAYS_MOST), min(more * fit.law.nose_u_m, PLAYS_MOST_M)
+    law = replace(fit.law, stray=stray, nose_u_m=nose_u_m)
+    mean, cov = around(fit.mean, noise.inflation * fit.cov, arm, fit.law)
+    lay = fit.layout
+    factor = float(np.exp(mean[lay.tau]))
+    gain = tuple(float(g) for g in np.exp(mean[lay.gain]))
+    model = Model(arm, law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
+    return Knowledge(mean, cov, model, nominal.delay_s)

@@ -1,0 +1,179 @@
+"""The state of olfactory inertial odometry, how it moves, and what a reading says of it.
+
+x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | u 1/m | b (E) ppm | f ppm | m)
+
+o, v, a: encoder offset of each joint with its rate and acceleration (the paper's drift is quadratic); s, l: source and ln strength;
+n, k, u: exponent, wind and thinning of the range law; b: offsets of the elements; f: lagged concentration; m: relative fluctuation.
+The nose is at p(q - o). f follows c(p) (1 + h m) with the sensor's lag, m is an Ornstein-Uhlenbeck process of variance gamma^2 and
+correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + white noise.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from oio.core.records import Array, Belief, GasReading, JointState, seconds
+from oio.core.settings import settings
+from oio.gas.fluctuation import Fluctuation, coupled
+from oio.gas.range_law import LAW, RangeLaw, concentration
+from oio.inference.map_fit import Fit
+from oio.inference.uncertainty import Noise
+from oio.kinematics.arm import Arm
+
+
+@settings
+class Wander:
+    """How fast things that are nearly constant may change: densities of random walks."""
+
+    offset_deg_sqrt_s: float  # of the joint offsets: the free play turns over [deg / sqrt(s)]
+    drift_deg_s2_sqrt_s: float  # of the encoders' acceleration [deg / s^2 / sqrt(s)]
+    strength_sqrt_s: float  # of ln strength [1 / sqrt(s)]
+    exponent_sqrt_s: float  # of the range exponent
+    wind_per_m_sqrt_s: float  # of k [1 / m / sqrt(s)]
+    still_rad_s: float  # a joint slower than this stands still: velocities are differences of counts
+    baseline_sigmas_sqrt_s: float  # of the offsets, in standard deviations of one reading
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything a filter needs to know; immutable."""
+
+    arm: Arm
+    law: RangeLaw
+    wander: Wander
+    rise_s: float
+    fall_s: float
+    gain: tuple[float, ...]
+    fluctuation: Fluctuation
+    sigma_ppm: float  # of one reading in clean air
+    noise: Noise
+
+    @property
+    def elements(self) -> int:
+        """Elements of the sensor."""
+        return len(self.gain)
+
+    @cached_property
+    def size(self) -> int:
+        """Length of the state."""
+        return 3 * self.arm.dof + LAW + 2 + self.elements
+
+    @cached_property
+    def at(self) -> dict[str, slice]:
+        """Where each block lies."""
+        n, names, where = self.arm.dof, {}, 0
+        sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "u": 1, "b": self.elements, "f": 1, "m": 1}
+        for block, size in sizes.items():
+            names[block] = slice(where, where + size)
+            where += size
+        return names
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """A name per state."""
+        joints = [f"{what}_{joint}" for what in ("offset", "rate", "acceleration") for joint in self.arm.names]
+        rest = ["source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning"]
+        return (*joints, *rest, *(f"baseline_{e}" for e in range(self.elements)), "lagged", "fluctuation")
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """A unit per state."""
+        n = self.arm.dof
+        joints = ["rad"] * n + ["rad/s"] * n + ["rad/s^2"] * n
+        return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
+
+    def begin(self, fit: Fit, t_ns: int, measurements: int) -> Belief:
+        """The belief of a batch fit of so many measurements at time t, drift carried there exactly; P0 widened as the assembly says."""
+        n, lay, t = self.arm.dof, fit.layout, seconds(t_ns)
+        eye, to = np.eye(n), np.zeros((self.size, lay.size))
+        to[self.at["o"], lay.offset], to[self.at["o"], lay.drift] = eye, 0.5 * t * t * eye
+        to[self.at["v"], lay.drift], to[self.at["a"], lay.drift] = t * eye, eye
+        to[self.at["s"].start : self.at["b"].start, :LAW] = np.eye(LAW)
+        to[self.at["b"], lay.baseline] = np.eye(self.elements)
+        mean, cov = to @ fit.mean, to @ fit.cov @ to.T
+        f, m, fl = self.at["f"].start, self.at["m"].start, self.fluctuation
+        mean[f] = fit.lagged_ppm
+        cov[f, f] = (fl.gamma * fit.lagged_ppm) ** 2 + self.sigma_ppm**2
+        cov[m, m] = fl.gamma**2
+        share = min(self.noise.measurements / max(measurements, 1), 1.0)
+        cov[self.at["s"], self.at["s"]] += share * self.noise.source_p0_m2 * np.eye(3)
+        cov[np.diag_indices(self.size)] += 1e-18
+        return Belief(t_ns, mean, cov)
+
+    def nose(self, belief: Belief, joints: JointState) -> tuple[Array, Array]:
+        """Where the nose is believed to be: (3,) m and (3, 3) m^2."""
+        o = self.at["o"]
+        p, jac = self.arm.nose_jacobian(joints.q - belief.mean[o])
+        return p, jac @ belief.cov[o, o] @ jac.T
+
+    def transition(self, x: Array, dt_s: float, joints: JointState) -> tuple[Array, Array, Array]:
+        """x (N,) after dt_s with the encoders at `joints`, its Jacobian F (N, N), and Q (N, N).
+
+        F takes how much and how fast the gas fluctuates as given; that they depend on where the source is, is left out (exact at m = 0).
+        """
+        at, n, fl = self.at, self.arm.dof, self.fluctuation
+        i, s, m = at["f"].start, at["s"].start, at["m"].start
+        o, v, a = np.arange(n), np.arange(n, 2 * n), np.arange(2 * n, 3 * n)
+        new, jacobian = x.copy(), np.eye(self.size)
+        new[at["o"]] += dt_s * x[at["v"]] + 0.5 * dt_s**2 * x[at["a"]]
+        new[at["v"]] += dt_s * x[at["a"]]
+        jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
+        p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midway: a step has one concentration
+        c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
+        field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + 4]))
+        swing = c * fl.height(field)
+        tau = np.array([self.rise_s if c[0] + swing[0] * x[m] > x[i] else self.fall_s])
+        step = coupled(np.array([dt_s]), tau, 1.0 / fl.rate(field), swing, fl.gamma**2)[0]
+        phi, to, keep = step[:3]
+        new[i] = phi * x[i] + (1.0 - phi) * c[0] + to * x[m]
+        new[m] = keep * x[m]
+        felt = (1.0 - phi) * c[0] + to * x[m]  # both parts go with c
+        by_o = felt * grad[0, :3] @ jac
+        jacobian[i, s : s + LAW] = felt * grad[0]
+        jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
+        jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, to, keep
+        q = np.diag(self.process_noise(dt_s))
+        if self.wander.drift_deg_s2_sqrt_s > 0.0:
+            q[: 3 * n, : 3 * n] += np.kron(self._wandering_drift(dt_s), np.eye(n))
+        q[i, i], q[i, m], q[m, i], q[m, m] = step[3], step[4], step[4], step[5]
+        return new, jacobian, q
+
+    def _speed(self, jac: Array, joints: JointState) -> Array:
+        """Of the nose (1,) m/s; a joint slower than one count per sample stands still."""
+        moving = np.abs(joints.dq) > self.wander.still_rad_s
+        return np.array([np.linalg.norm(jac @ (joints.dq * moving))])
+
+    def _wandering_drift(self, dt_s: float) -> Array:
+        """Q (3, 3) of offset, rate and acceleration of a joint whose acceleration walks at random (Van Loan 1978, in closed form)."""
+        t = dt_s
+        shape = np.array([[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]])
+        return np.asarray(np.radians(self.wander.drift_deg_s2_sqrt_s) ** 2 * shape)
+
+    def process_noise(self, dt_s: float) -> Array:
+        """Diagonal of Q (N,) over dt_s of everything that walks at random by itself."""
+        w, at = self.wander, self.at
+        q = np.zeros(self.size)
+        q[at["o"]] = np.radians(w.offset_deg_sqrt_s) ** 2 * dt_s
+        q[at["s"]] = self.noise.source_q_m2 * (dt_s if self.noise.assembly == "gum" else 1.0)
+        q[at["l"]] = w.strength_sqrt_s**2 * dt_s
+        q[at["n"]] = w.exponent_sqrt_s**2 * dt_s
+        q[at["k"]] = w.wind_per_m_sqrt_s**2 * dt_s
+        q[at["b"]] = (w.baseline_sigmas_sqrt_s * self.sigma_ppm) ** 2 * dt_s
+        return q
+
+    @cached_property
+    def constants(self) -> tuple[Array, Array, float]:
+        """For `oio.estimators.propagation_kernel`: law, lag and fluctuation (9,); variances that walk per step and per second (2, N); the drift's."""
+        law, fl, once = self.law, self.fluctuation, self.process_noise(0.0)
+        numbers = [law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_u_m, law.stray, self.wander.still_rad_s]
+        drift = float(np.radians(self.wander.drift_deg_s2_sqrt_s)) ** 2
+        return np.array(numbers), np.array([once, self.process_noise(1.0) - once]), drift
+
+    def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
+        """Expected reading [ppm], its Jacobian H (N,), and R [ppm^2]: the variance of one fresh reading, or the assembly's."""
+        e, i = reading.element, self.at["f"].start
+        row = np.zeros(self.size)
+        row[i], row[self.at["b"].start + e] = self.gain[e], 1.0
+        fresh = self.fluctuation.scale * reading.sigma_ppm**2
+        return float(row @ x), row, fresh if self.noise.r_ppm2 is None else self.noise.r_ppm2

@@ -1,0 +1,35 @@
+"""Inverse kinematics by damped least squares (Wampler 1986, IEEE SMC 16:93), compiled."""
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from oio.core.records import Array
+from oio.kinematics.forward import nose_and_jacobian
+
+STEPS = 60
+DAMPING_M2 = 1e-4
+FARTHEST = 0.3  # rad (m) that a joint may go in one step
+
+
+@numba.njit(cache=True)
+def reached(
+    goals: Array, begin: Array, low: Array, high: Array, tolerance: float,
+    poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array,
+) -> tuple[Array, NDArray[np.bool_]]:  # fmt: skip
+    """Joints (k, n) that bring the nose within `tolerance` m of goals (k, 3), each begun from its row of `begin` (k, n), and whether
+    they do (k,). The chain is that of `nose_and_jacobian`; joints stay within low, high (n,)."""
+    q_all, there = begin.copy(), np.zeros(len(goals), dtype=np.bool_)
+    for i in range(len(goals)):
+        q = q_all[i : i + 1]
+        for _ in range(STEPS):
+            p, jacobians = nose_and_jacobian(q, poses, axes, kinds, locked, offset, True)
+            miss, jacobian = goals[i] - p[0], jacobians[0]
+            if miss @ miss < tolerance * tolerance:
+                there[i] = True
+                break
+            normal = jacobian @ jacobian.T + DAMPING_M2 * np.eye(3)
+            step = jacobian.T @ np.linalg.solve(normal, miss)
+            for j in range(q.shape[1]):
+                q[0, j] = min(max(q[0, j] + min(max(step[j], -FARTHEST), FARTHEST), low[j]), high[j])
+    return q_all, there

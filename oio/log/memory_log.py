@@ -1,0 +1,46 @@
+"""`MemoryLog`: the log of a run that is scored and thrown away. What the world yielded is kept in memory; the rest has no reader."""
+
+from collections.abc import Iterator
+
+from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
+from oio.log.write import RunLog
+
+
+class MemoryLog(RunLog):
+    """A `RunLog` without a file: `samples` gives back the very records that were written, in the same order."""
+
+    def __init__(self) -> None:
+        self._stage, self._shown_ns = "", -SECOND_NS
+        self.watchers = []
+        self._kept: list[WorldSample] = []
+
+    def write(self, sample: WorldSample) -> None:
+        """What the world yielded; what a stage says to a person would not be read back, so it is not kept."""
+        if not (isinstance(sample, Event) and sample.kind == "progress"):
+            self._kept.append(sample)
+
+    def samples(self, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
+        """What was given to `write` so far with since_ns < t_ns <= until_ns, in that order."""
+        so_far = tuple(self._kept)
+        return (sample for sample in so_far if since_ns < sample.t_ns and (until_ns is None or sample.t_ns <= until_ns))
+
+    def reading(self, reading: GasReading) -> None:
+        """Derived from a sample: not kept."""
+
+    def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...]) -> None:
+        """Not kept."""
+
+    def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
+        """Not kept."""
+
+    def innovation(self, innovation: Innovation) -> None:
+        """Not kept."""
+
+    def spheres(self, t_ns: int, centres: Array, radii_m: Array, hypotheses: list[tuple[Array, Array]], text: str) -> None:
+        """Not kept."""
+
+    def attach(self, name: str, data: bytes) -> None:
+        """Not kept."""
+
+    def _mark(self, stage: str, state: str, t_ns: int, result: object, figure: str = "") -> None:
+        self._tell(stage, state, t_ns, "", figure)

@@ -1,0 +1,99 @@
+"""A log while it is written: `<path>.part`, in the state that a crash would leave it in once a second."""
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mcap.well_known import MessageEncoding
+from mcap.writer import CompressionType, Writer
+from mcap_protobuf.schema import register_schema
+
+from oio.core.errors import BadInput
+from oio.core.records import SECOND_NS
+
+CHUNK_BYTES = 256 * 1024
+METADATA = "oio.run"
+
+
+@dataclass(slots=True)
+class _Channel:
+    id: int
+    sequence: int = 0
+
+
+def open_writer(file: Any) -> Writer:
+    """An MCAP writer with the settings of every OIO log, its header written."""
+    writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
+    writer.start()
+    return writer
+
+
+class Part:
+    """The unfinished file. Where its chunks end depends on what was written and never on the clock on the wall.
+
+    Memory grows by the index that MCAP puts at a file's end and by nothing else: one entry per chunk.
+    """
+
+    def __init__(self, path: Path, metadata: dict[str, str]) -> None:
+        self.final, self.path = path, path.with_name(path.name + ".part")
+        for taken in (self.final, self.path):
+            if taken.exists():
+                raise BadInput(f"{taken} is there already, and a log is never overwritten. Give another folder, or move that file away.")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = self.path.open("xb")
+        self._writer = open_writer(self._file)
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, _Channel] = {}
+        self._t_ns = self._flushed_ns = 0
+        self._flushed_wall_s = time.monotonic()
+        self._writer.add_metadata(METADATA, metadata)
+        self.flush()  # a run that dies in its first second still says what it was
+
+    def channel(self, topic: str, kind: Any) -> _Channel:
+        """The channel of `topic` for messages of class `kind`, made at first mention."""
+        if topic not in self._channels:
+            name = kind.DESCRIPTOR.full_name
+            if name not in self._schemas:
+                self._schemas[name] = register_schema(self._writer, kind)
+            self._channels[topic] = _Channel(self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[name]))
+        return self._channels[topic]
+
+    def put(self, topic: str, t_ns: int, message: Any) -> None:
+        """Append one message; both its MCAP times are the time of the record."""
+        channel = self.channel(topic, type(message))
+        self._writer.add_message(channel.id, t_ns, message.SerializeToString(), t_ns, channel.sequence)
+        channel.sequence += 1
+        self._t_ns = max(self._t_ns, t_ns)
+        if self._t_ns - self._flushed_ns >= SECOND_NS:
+            self.flush()
+        elif time.monotonic() - self._flushed_wall_s >= 1.0:
+            self._hand_over()
+
+    def attach(self, name: str, data: bytes) -> None:
+        """Append a file. At once, not at the end: what a crashed run was configured with is in its log."""
+        self._writer.add_attachment(0, self._t_ns, name, "application/octet-stream", data)
+        self._hand_over()
+
+    def flush(self) -> int:
+        """Close the chunk and give everything to the operating system; returns how many bytes are there."""
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._flushed_ns = self._t_ns
+        self._hand_over()
+        return self._file.tell()
+
+    def _hand_over(self) -> None:
+        self._file.flush()
+        self._flushed_wall_s = time.monotonic()
+
+    def finish(self) -> None:
+        """Write index and footer and close; the name stays `.part`."""
+        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+    def rename(self) -> None:
+        """Give the finished file its name."""
+        self.path.rename(self.final)

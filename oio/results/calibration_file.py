@@ -1,0 +1,126 @@
+"""calibration.yaml: value, standard uncertainty, unit, degrees of freedom and method (A statistical, B other) of every quantity."""
+
+import numpy as np
+import yaml
+
+from oio.core.records import Array
+from oio.inference.model_selection import air_of
+from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
+
+Entry = dict[str, object]
+
+
+def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, t_ns: int) -> str:
+    """The whole file as text; numbers only, so that reading it back never builds an object."""
+    document = {
+        "schema": "oio.results.calibration/1",
+        "sensor": _sensor(calibration, found),
+        "range_law": _range_law(found),
+        "arm": _arm(calibration, found),
+        "type_a": [_rung(rung) for rung in bouts.rungs],
+        "type_b": _type_b(found),
+        "filter": _filter(calibration, t_ns),
+        "paper_values": {
+            "u_a": {"value": calibration.u_a_ppm, "unit": "ppm"},
+            "u_b": {"value": calibration.u_b_m, "unit": "m"},
+        },
+    }
+    return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
+
+
+def entry(value: float, u: float, unit: str, dof: float | None, method: str) -> Entry:
+    """One quantity. dof None: the uncertainty itself is taken as known (infinitely many)."""
+    return {"value": float(value), "u": float(u), "unit": unit, "dof": None if dof is None else round(float(dof), 1), "method": method}
+
+
+def _sensor(calibration: Calibration, found: MapCalibration) -> Entry:
+    lay, mean, sd, n = found.fit.layout, found.fit.mean, np.sqrt(np.diag(found.fit.cov)), _dof(found)
+    model = calibration.chosen.model
+    noise = found.fit.fluctuation
+    elements = {}
+    for e, base in enumerate(calibration.baselines):
+        gain = float(np.exp(mean[lay.gain][e]))
+        r = noise.scale * model.sigma_ppm**2
+        elements[f"element_{e}"] = {
+            "baseline": entry(base.ppm, base.u_ppm, "ppm", base.n_effective - 1, "A"),
+            "gain": entry(gain, gain * sd[lay.gain][e], "1", n, "A" if e else "B"),  # element 0 is the scale by definition
+            "R_white": entry(r, r * np.sqrt(2 / max(base.n - 1, 1)), "ppm^2", base.n - 1, "A"),
+        }
+    rise, fall, u = model.rise_s, model.fall_s, sd[lay.tau]
+    return {
+        **elements,
+        "tau_rise": entry(rise, rise * u, "s", n, "A"),
+        "tau_fall": entry(fall, fall * u, "s", n, "A"),
+        "delay": entry(found.delay.s, found.delay.u_s, "s", n, "A" if found.delay.u_s else "B"),
+        "error": entry(calibration.error_ppm, calibration.error_ppm / np.sqrt(2 * max(n, 1)), "ppm", n, "A"),
+    }
+
+
+def _range_law(found: MapCalibration) -> Entry:
+    fit, n = found.fit, _dof(found)
+    lay, mean, sd = fit.layout, fit.mean, np.sqrt(np.diag(fit.cov))
+    names = zip(("wind_x", "wind_y", "wind_z"), mean[lay.wind], sd[lay.wind], strict=True)
+    return {
+        "air": air_of(fit),
+        "ln_strength": entry(mean[lay.strength], sd[lay.strength], "ln(ppm)", n, "A"),
+        "exponent": entry(mean[lay.exponent], sd[lay.exponent], "1", n, "A"),
+        **{name: entry(value, u, "1/m", n, "A") for name, value, u in names},
+        "thinning": entry(mean[lay.thinning], sd[lay.thinning], "1/m", n, "A"),
+        "gamma": entry(fit.fluctuation.gamma, fit.fluctuation.gamma / np.sqrt(2 * max(n, 1)), "1", n, "A"),
+        "eddy": entry(fit.fluctuation.t_s, fit.fluctuation.t_s / np.sqrt(max(n, 1)), "s", n, "A"),
+    }
+
+
+def _arm(calibration: Calibration, found: MapCalibration) -> Entry:
+    fit, n = found.fit, _dof(found)
+    lay, mean, sd = fit.layout, np.degrees(fit.mean), np.degrees(np.sqrt(np.diag(fit.cov)))
+    out: Entry = {}
+    for j, name in enumerate(calibration.chosen.model.arm.names):
+        offset, drift = lay.offset.start + j, lay.drift.start + j
+        out[name] = {
+            "offset": entry(mean[offset], sd[offset], "deg", n, "A"),
+            "drift": entry(mean[drift], sd[drift], "deg/s^2", n, "A"),
+        }
+    return out
+
+
+def _rung(rung: object) -> Entry:
+    r = {name: getattr(rung, name) for name in ("dof", "k", "s_ppm", "u_a_ppm", "u_a_effective_ppm", "bouts", "moves")}
+    u_a = entry(r["u_a_effective_ppm"], r["u_a_effective_ppm"] / np.sqrt(2 * max(r["bouts"] - 1, 1)), "ppm", max(r["bouts"] - 1, 0), "A")
+    return {"rung": r["dof"], "window": r["k"], "bouts": r["bouts"], "moves": r["moves"], "u_a": u_a, "u_a_paper": r["u_a_ppm"]}
+
+
+def _type_b(found: MapCalibration) -> Entry:
+    b = found.type_b
+    repeats = len(b.misses_m)
+    return {
+        "rms": entry(b.rms_m, b.rms_m / np.sqrt(2 * repeats), "m", repeats, "A"),
+        "inflation": b.inflation,
+        "misses_m": list(b.misses_m),
+        "moves": b.moves,
+        "u_b_paper": b.u_b_m,
+    }
+
+
+def _filter(calibration: Calibration, t_ns: int) -> Entry:
+    model, known = calibration.chosen.model, calibration.chosen
+    q = model.process_noise(1.0)
+    r = model.noise.r_ppm2 if model.noise.r_ppm2 is not None else model.fluctuation.scale * model.sigma_ppm**2
+    return {
+        "assembly": model.noise.assembly,
+        "t_s": t_ns / 1e9,
+        "states": list(model.names),
+        "units": list(model.units),
+        "Q_per_s_diagonal": [float(v) for v in q],
+        "R_clean_air_ppm2": [[float(r)]],
+        "P0_source_added_m2": [[model.noise.source_p0_m2 * (i == j) for j in range(3)] for i in range(3)],
+        "P0_prior_parameters": _matrix(known.cov),
+    }
+
+
+def _matrix(a: Array) -> list[list[float]]:
+    return [[float(v) for v in row] for row in a]
+
+
+def _dof(found: MapCalibration) -> float:
+    return max(found.fit.readings - found.fit.layout.size, 1)

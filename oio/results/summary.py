@@ -1,0 +1,123 @@
+"""summary.json, schema oio.results.summary/1: the contract that other tools read."""
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass
+
+from oio.results.calibration import Calibration
+
+SCHEMA = "oio.results.summary/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One variant of the filter on the samples of the search; None where truth or observability is missing."""
+
+    source_error_m: float | None
+    bearing_error_deg: float | None  # beside source_error_m where the DoF cannot observe a position
+    nose_error_m: float | None  # RMS over the search since the first map
+    nees_source: float | None
+    inside_95: bool | None
+    nis_mean: float | None
+    moves: int
+    time_s: float
+    found: bool  # by its own stop rule, which never sees the truth
+    final_nose_to_source_m: float | None
+    believed_m: tuple[float, ...] | None
+    sd_m: float | None
+    filtered_error_m: float | None = None  # the same two of the filter alone, just before the last map was made
+    filtered_nees: float | None = None
+
+    def in_words(self) -> str:
+        """The figure that matters, in a few words."""
+        if self.source_error_m is not None:
+            return f"source error {1e3 * self.source_error_m:.1f} mm"
+        if self.bearing_error_deg is not None:
+            return f"bearing error {self.bearing_error_deg:.1f} deg"
+        return "no truth to compare with"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The overall word (PASS, WARN, FAIL) and the reasons for it."""
+
+    word: str
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Everything `evaluate` found."""
+
+    cold: Outcome
+    calibrated: Outcome
+    calibrated_paper_assembly: Outcome | None  # None if it was not asked for
+    dead_reckoning_m: float | None
+    bound_m: float | None  # Cramer-Rao at the truth
+    posterior_bound_m: float | None  # van Trees, the mean over truths from the prior
+    verdict: Verdict
+    source_m: tuple[float, ...] | None
+    simulated_s: float
+
+    @property
+    def bound_ratio(self) -> float | None:
+        """Source error of the calibrated filter over the Cramer-Rao bound: 1 is usual of a filter that uses all there is."""
+        return self._over(self.bound_m)
+
+    @property
+    def posterior_bound_ratio(self) -> float | None:
+        """The same over van Trees' bound."""
+        return self._over(self.posterior_bound_m)
+
+    def _over(self, bound_m: float | None) -> float | None:
+        error = self.calibrated.source_error_m
+        return None if error is None or not bound_m else error / bound_m
+
+
+def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
+    """The document. `identity`: sensor, profile, dof, backend, air, ekf, assembly, seed. Stages that were left out give null."""
+    return {
+        "schema": SCHEMA,
+        **identity,
+        "source_position_m": None if found is None or found.source_m is None else list(found.source_m),
+        "calibration": None if calibration is None else _calibration(calibration),
+        "cold": _outcome(found.cold if found else None),
+        "calibrated": _outcome(found.calibrated if found else None),
+        "calibrated_paper_assembly": _outcome(found.calibrated_paper_assembly if found else None),
+        "dead_reckoning": {"nose_error_m": found.dead_reckoning_m if found else None},
+        "bound_m": found.bound_m if found else None,
+        "bound_ratio": found.bound_ratio if found else None,
+        "posterior_bound_m": found.posterior_bound_m if found else None,
+        "posterior_bound_ratio": found.posterior_bound_ratio if found else None,
+        "verdict": found.verdict.word if found else "WARN",
+        "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was scored."],
+        "simulated_s": found.simulated_s if found else None,
+        "wall_s": round(wall_s, 3),
+    }
+
+
+def to_json(document: dict[str, object]) -> str:
+    """Strict JSON: what is not finite is null."""
+    return json.dumps(_finite(document), indent=2, allow_nan=False) + "\n"
+
+
+def _calibration(c: Calibration) -> dict[str, object]:
+    return {"time_s": c.time_s, "error_ppm": c.error_ppm, "u_a_ppm": c.u_a_ppm, "u_b_m": c.u_b_m, "moves": c.moves}
+
+
+def _outcome(outcome: Outcome | None) -> dict[str, object] | None:
+    if outcome is None:
+        return None
+    fields = dataclasses.asdict(outcome)
+    if outcome.bearing_error_deg is None:
+        del fields["bearing_error_deg"]
+    return fields
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

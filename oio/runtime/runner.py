@@ -1,0 +1,78 @@
+"""The loop over stages, usable without Hydra: the `Stage` protocol, `check_order`, `run_stages`."""
+
+import math
+import typing
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from oio.core.errors import BadInput
+from oio.core.interfaces import World
+from oio.kinematics.arm import Arm
+from oio.log import RunLog
+from oio.runtime.context import Context
+from oio.runtime.guarded_world import Watched
+
+
+@runtime_checkable
+class Stage(Protocol):
+    """One step of a protocol. What `run` is annotated to return is what the stage gives to later ones."""
+
+    needs: ClassVar[tuple[type, ...]]
+
+    def run(self, context: Context) -> object:
+        """Gather samples through `context.world`, call the noun, return the result."""
+        ...
+
+
+def gives(stage: Stage) -> type:
+    """The type of a stage's result: the return annotation of `run`."""
+    kind = typing.get_type_hints(type(stage).run).get("return")
+    if not isinstance(kind, type):
+        raise BadInput(f"stage {type(stage).__name__}.run must be annotated with the class of its result.")
+    return kind
+
+
+def check_order(stages: Mapping[str, Stage]) -> None:
+    """Refuse, before anything moves, a stage whose need nobody gives and a result given twice."""
+    given: dict[type, str] = {}
+    for name, stage in stages.items():
+        for need in stage.needs:
+            if need not in given:
+                raise BadInput(
+                    f"stage '{name}' needs {need.__name__}, but no stage before it gives one: the order is {list(stages)}. "
+                    f"{_who_gives(need, stages)}"
+                )
+        kind = gives(stage)
+        if kind in given:
+            raise BadInput(f"stages '{given[kind]}' and '{name}' both give {kind.__name__}. Leave one of them out of stage=[...].")
+        given[kind] = name
+
+
+def _who_gives(need: type, stages: Mapping[str, Stage]) -> str:
+    giver = next((name for name, stage in stages.items() if gives(stage) is need), None)
+    if giver is not None:
+        return f"Put '{giver}' earlier."
+    return "Add the stage that gives it to stage=[...]; `python -m oio.run --help` lists the stages and what they give."
+
+
+def run_stages(
+    stages: Mapping[str, Stage], world: World, arm: Arm, log: RunLog, out: Path, seed: int, highest_raw: float = math.inf
+) -> dict[type, object]:
+    """Run every stage in order; each has a random stream of its own, so a new stage cannot shift another's noise.
+
+    `highest_raw` is that of the sensor: stages see no gas that is not below it.
+    """
+    check_order(stages)
+    results: dict[type, object] = {}
+    watched = Watched(world, arm, log, highest_raw)
+    for name, stage in stages.items():
+        rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+        with log.stage(name, lambda: watched.t_ns) as close:
+            result = stage.run(Context(watched, log, rng, out, results))
+            close(result)
+        results[gives(stage)] = result
+    return results
