@@ -3,12 +3,12 @@
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from oio.cli.exit_codes import ended
+from oio.cli.exit_codes import run_command
 from oio.core import interrupt
 from oio.core.errors import BadInput
 
 
-def words(arguments: Sequence[str], keys: Mapping[str, str], command: str) -> tuple[dict[str, str], list[str]]:
+def key_values(arguments: Sequence[str], keys: Mapping[str, str], command: str) -> tuple[dict[str, str], list[str]]:
     """Given keys with their values (the others with their defaults), and plain words. Raises BadInput for keys that are not there."""
     values, plain = dict(keys), list[str]()
     for argument in arguments:
@@ -22,17 +22,17 @@ def words(arguments: Sequence[str], keys: Mapping[str, str], command: str) -> tu
     return values, plain
 
 
-def whole(key: str, value: str, low: int, high: int) -> int:
+def whole_number(key: str, value: str, low: int, high: int) -> int:
     """A whole number. Raises BadInput."""
     if not value.isdecimal() or not low <= int(value) <= high:
         raise BadInput(f"{key}={value} was given, but {key} is a whole number from {low} to {high}. Type {key}={low}.")
     return int(value)
 
 
-def answered(main: Callable[[list[str]], None], help_text: str) -> int:
+def command(main: Callable[[list[str]], None], help_text: str) -> int:
     """The exit code of `main` with the words typed, or of the help that was asked for."""
     interrupt.listen()
     if {"--help", "-h"} & set(sys.argv[1:]):
         print(help_text)  # noqa: T201
         return 0
-    return ended(lambda: main(sys.argv[1:]))
+    return run_command(lambda: main(sys.argv[1:]))

@@ -10,15 +10,15 @@ from typing import Any
 
 from oio.cli import startup
 
-startup.begin(__name__)
+startup.handle_signals(__name__)
 
 import hydra
 from hydra.utils import instantiate
 
 from hardware.backends.mujoco_sim import MujocoSim
 from hardware.emulators import faults, options
-from hardware.emulators.emulated_bench import Emulated, emulated
-from oio.cli.exit_codes import ended
+from hardware.emulators.emulated_bench import EmulatedBench, emulate_bench
+from oio.cli.exit_codes import run_command
 from oio.core.folders import CONF
 
 KEYS = CONF / "emulate.yaml"
@@ -37,7 +37,7 @@ When it is up it prints the command line that connects to it. Ctrl-C ends it.
 
 def main(arguments: list[str] | None = None) -> int:
     """Serve; returns the exit code."""
-    return ended(lambda: _run(sys.argv[1:] if arguments is None else arguments))
+    return run_command(lambda: _run(sys.argv[1:] if arguments is None else arguments))
 
 
 def _run(arguments: Sequence[str]) -> None:
@@ -49,7 +49,7 @@ def _run(arguments: Sequence[str]) -> None:
     stopped = _stopped()
     cfg = _composed(overrides)
     sim: MujocoSim = instantiate(cfg.backend)
-    with emulated(chosen, sim) as bench:
+    with emulate_bench(chosen, sim) as bench:
         sys.stdout.write(f"{_connect(chosen, cfg, overrides, bench)}\n")
         sys.stdout.flush()
         bench.loop.run(lambda: stopped() or (chosen.until_eof and _at_eof()))
@@ -75,7 +75,7 @@ def _at_eof() -> bool:
     return bool(select.select([sys.stdin], [], [], 0.0)[0]) and not os.read(sys.stdin.fileno(), 4096)
 
 
-def _connect(chosen: options.Choice, cfg: Any, overrides: Sequence[str], bench: Emulated) -> str:
+def _connect(chosen: options.EmulatorOptions, cfg: Any, overrides: Sequence[str], bench: EmulatedBench) -> str:
     """The command line to paste."""
     words = ["backend=serial", f"sensor={cfg.sensor.name}", f"dof={cfg.dof}", f"seed={cfg.seed}", f"air={cfg.air.name}"]
     words += [word for word in overrides if word.partition("=")[0] not in TOLD and not word.startswith("backend.")]
@@ -99,7 +99,7 @@ def _patient(cfg: Any, words: Sequence[str], speed: float) -> list[str]:
     return [f"{key}={seconds * speed:g}" for key, seconds in waits.items() if key not in given]
 
 
-def _position(source: str, bench: Emulated) -> str:
+def _position(source: str, bench: EmulatedBench) -> str:
     place = bench.plant.places[source]
     assert place is not None
     return f"{source}.position=[{','.join(f'{x:.6f}' for x in place)}]"

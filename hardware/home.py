@@ -21,7 +21,7 @@ from pathlib import Path
 
 from oio.cli import startup
 
-startup.begin(__name__)
+startup.handle_signals(__name__)
 
 import hydra
 import numpy as np
@@ -30,17 +30,17 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hardware.cli_args import answered, whole, words
+from hardware.cli_args import command, key_values, whole_number
 from hardware.drivers.servos.bus import Bus, Positions
-from hardware.drivers.servos.joint_calibration import Turned, ends_deg, joined, ways
+from hardware.drivers.servos.joint_calibration import JointSweep, end_directions, ends_deg, homing_from_sweeps
 from hardware.drivers.servos.port import BUSES
-from hardware.transport.discovery import found
-from hardware.transport.port import NoAnswer, Unplugged, Wire, opened
+from hardware.transport.discovery import resolve_port
+from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF
 from oio.core.records import Array
-from oio.gas.source import whole as whole_arm
+from oio.gas.source import unlocked as whole_arm
 from oio.kinematics.arm import Arm
 from oio.kinematics.homing import Homing
 
@@ -53,14 +53,14 @@ Done = Callable[[float], bool]
 
 def main(arguments: list[str]) -> None:
     """Walk a person through it."""
-    given, plain = words(arguments, KEYS, "python -m hardware.home")
+    given, plain = key_values(arguments, KEYS, "python -m hardware.home")
     if plain:
         raise BadInput(f"{plain[0]} was given, but only KEY=VALUE is taken: {', '.join(KEYS)}. Type e.g. port=/dev/ttyUSB0.")
     if given["driver"] not in BUSES:
         raise BadInput(f"driver={given['driver']} was given, but it can be {', '.join(BUSES)}. Type driver=feetech.")
     if not given["port"]:
         raise BadInput("no port was given. Type port=/dev/ttyUSB0; `python -m hardware.ports` finds it.")
-    arm, repeats, bus = described(given["arm"]), whole("repeats", given["repeats"], 1, 10), BUSES[given["driver"]]()
+    arm, repeats, bus = described(given["arm"]), whole_number("repeats", given["repeats"], 1, 10), BUSES[given["driver"]]()
     wire = _wire(given["port"], bus)
     try:
         _walk(Console(soft_wrap=True), bus, wire, arm, repeats, Path(given["out"]).expanduser())
@@ -84,7 +84,7 @@ def described(name: str) -> Arm:
 
 def _wire(port: str, bus: Bus) -> Wire:
     try:
-        return opened(found(port, "port", bus.baud, lambda wire: bus.ping(wire, 1)), bus.baud, "port")
+        return open_port(resolve_port(port, "port", bus.baud, lambda wire: bus.ping(wire, 1)), bus.baud, "port")
     except Unplugged as error:
         raise BadInput(
             f"port={port} was given, but it cannot be opened: {error}. `python -m hardware.ports` lists what is there."
@@ -107,7 +107,7 @@ def _walk(console: Console, bus: Bus, wire: Wire, arm: Arm, repeats: int, out: P
     _until_enter(_entered, lambda: None)
     bus.torque(wire, ids, False)
     rounds = [[_turned(console, bus, wire, ids, i, arm, k, repeats) for i in range(len(ids))] for k in range(repeats)]
-    homing = joined(rounds, arm, bus.counts_per_turn)
+    homing = homing_from_sweeps(rounds, arm, bus.counts_per_turn)
     console.print(_table(rounds[-1], homing, arm))
     _compared(console, bus, wire, ids, arm, homing)
     homing.write(out)
@@ -138,12 +138,12 @@ def _counts(bus: Bus, wire: Wire, ids: list[int]) -> Positions:
     raise NoAnswer(f"asked {TRIES} times")
 
 
-def _turned(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm: Arm, k: int, repeats: int) -> Turned:
+def _turned(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm: Arm, k: int, repeats: int) -> JointSweep:
     """One joint, from LOW to HIGH. Raises OioError at once if that cannot have been its ends."""
     name, ends = arm.all_names[i], ends_deg(arm, i)
-    turned = Turned(name, bus.counts_per_turn, ends)
+    turned = JointSweep(name, bus.counts_per_turn, ends)
     console.print(f"[bold]{escape(name)}[/bold] ({i + 1} of {len(ids)}, round {k + 1} of {repeats}):")
-    for end, degrees, way in zip(("LOW", "HIGH"), ends, ways(arm)[i], strict=True):
+    for end, degrees, way in zip(("LOW", "HIGH"), ends, end_directions(arm)[i], strict=True):
         console.print(f"  turn it by hand to its {end} end ({degrees:.0f} degrees; from home {way}), hold it there, and press Enter.")
         _until_enter(_entered, lambda: _look(bus, wire, ids, i, turned))
         _look(bus, wire, ids, i, turned)
@@ -152,7 +152,7 @@ def _turned(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm:
     return turned
 
 
-def _look(bus: Bus, wire: Wire, ids: list[int], i: int, turned: Turned) -> None:
+def _look(bus: Bus, wire: Wire, ids: list[int], i: int, turned: JointSweep) -> None:
     with contextlib.suppress(NoAnswer):  # the next look will do
         turned.add(int(bus.feel(wire, ids).counts[i]))
 
@@ -172,7 +172,7 @@ def _entered(wait_s: float) -> bool:
     return True
 
 
-def _table(last: list[Turned], homing: Homing, arm: Arm) -> Table:
+def _table(last: list[JointSweep], homing: Homing, arm: Arm) -> Table:
     head = "joint", "turned [deg]", "MJCF [deg]", "zero [counts]", "counts", "+- [deg]"
     table = Table(*map(escape, head), title="homing", title_justify="left")
     span = np.degrees(arm.high_rad - arm.low_rad)
@@ -183,4 +183,4 @@ def _table(last: list[Turned], homing: Homing, arm: Arm) -> Table:
 
 
 if __name__ == "__main__":
-    sys.exit(answered(main, (__doc__ or "").strip()))
+    sys.exit(command(main, (__doc__ or "").strip()))

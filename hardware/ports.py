@@ -9,23 +9,23 @@ from pathlib import Path
 
 from oio.cli import startup
 
-startup.begin(__name__)
+startup.handle_signals(__name__)
 
 from rich.console import Console
 from rich.markup import escape
 from serial.tools import list_ports
 
-from hardware.cli_args import answered
+from hardware.cli_args import command
 from hardware.drivers.noses.line import Line, Sentence
-from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.drivers.noses.scd30 import Scd30
 from hardware.drivers.noses.scd41 import Scd41
 from hardware.drivers.servos.port import BUSES
 from hardware.transport.clock import Clock
 from hardware.transport.device import Driver
-from hardware.transport.discovery import named
+from hardware.transport.discovery import port_name
 from hardware.transport.mailbox import Mailbox
-from hardware.transport.port import NoAnswer, Unplugged, opened
+from hardware.transport.port import NoAnswer, Unplugged, open_port
 from oio.core import interrupt
 from oio.core.errors import BadInput
 
@@ -38,7 +38,7 @@ def main(arguments: list[str]) -> None:
         if not Path(path).exists():
             raise BadInput(f"{path} was given, but there is no such port. Type e.g. python -m hardware.ports /dev/ttyUSB0.")
     console = Console(soft_wrap=True)
-    infos = {info.device: named(info) for info in list_ports.comports()} | {path: "given" for path in arguments}
+    infos = {info.device: port_name(info) for info in list_ports.comports()} | {path: "given" for path in arguments}
     if not infos:
         console.print("Nothing is plugged in that the system lists. A port can be given: python -m hardware.ports /dev/ttyUSB0")
         return
@@ -66,7 +66,7 @@ def asked_all(path: str, name: str) -> list[tuple[str, str]]:
 
 def noses() -> Iterator[Driver]:
     """One driver of each kind, for asking only; the one that may be booting last."""
-    intake, clock = Intake(Mailbox(1), 2, 1.0, 2), Clock(1.0)
+    intake, clock = ReadingFilter(Mailbox(1), 2, 1.0, 2), Clock(1.0)
     yield Scd30(intake, clock, 1.0)
     yield Scd41(intake, clock, 1.0)
     yield Line(intake, clock, Sentence("NOSE", ("ms", "active", "adcA", "adcB"), "AB", 0), 1.0)
@@ -75,7 +75,7 @@ def noses() -> Iterator[Driver]:
 def _answer(path: str, baud: int, driver: Driver) -> str | None:
     interrupt.check()
     try:
-        wire = opened(path, baud, "port")
+        wire = open_port(path, baud, "port")
     except (Unplugged, BadInput):
         return None
     try:
@@ -90,7 +90,7 @@ def _servos(path: str, kind: str) -> str | None:
     interrupt.check()
     bus = BUSES[kind]()
     try:
-        wire = opened(path, bus.baud, "port")
+        wire = open_port(path, bus.baud, "port")
     except (Unplugged, BadInput):
         return None
     try:
@@ -109,4 +109,4 @@ def _line(key: str, driver: str, path: str, name: str) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(answered(main, (__doc__ or "").strip()))
+    sys.exit(command(main, (__doc__ or "").strip()))

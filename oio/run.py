@@ -4,7 +4,7 @@ import sys
 
 from oio.cli import startup
 
-startup.begin(__name__)
+startup.handle_signals(__name__)
 
 from oio.cli.run import main
 

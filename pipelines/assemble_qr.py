@@ -6,12 +6,12 @@ from typing import ClassVar
 from oio.core.records import seconds
 from oio.core.settings import settings
 from oio.gas.range_law import RangeLaw
-from oio.inference.model_selection import air_of
-from oio.inference.prior import Knowledge, Nominal, calibrated, cold
-from oio.inference.state_space import Wander
-from oio.inference.uncertainty import Noise, assemble
+from oio.inference.model_selection import law_form
+from oio.inference.prior import Nominal, Prior, calibrated_prior, cold_prior
+from oio.inference.state_space import ProcessNoise
+from oio.inference.uncertainty import Noise, assemble_q_r
 from oio.kinematics.arm import Arm
-from oio.results.calibration import Baselines, BoutCalibration, Calibration, MapCalibration
+from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, MapCalibration
 from oio.results.calibration_file import calibration_yaml
 from oio.runtime.context import Context
 
@@ -20,21 +20,21 @@ from oio.runtime.context import Context
 class AssembleQR:
     """Makes what the filters start from."""
 
-    needs: ClassVar[tuple[type, ...]] = (Baselines, BoutCalibration, MapCalibration)
+    needs: ClassVar[tuple[type, ...]] = (BaselineResult, BoutCalibration, MapCalibration)
     assembly: str  # gum, or paper: which of the two the search uses
     arm: Arm
     law: RangeLaw
-    wander: Wander
+    wander: ProcessNoise
     nominal: Nominal
 
     def run(self, context: Context) -> Calibration:
         """Both assemblies, and the cold start to compare with."""
-        bouts, found, base = context.need(BoutCalibration), context.need(MapCalibration), context.need(Baselines)
-        noises = {name: assemble(name, bouts.last.u_a_ppm, found.type_b) for name in ("gum", "paper")}
+        bouts, found, base = context.need(BoutCalibration), context.need(MapCalibration), context.need(BaselineResult)
+        noises = {name: assemble_q_r(name, bouts.last.u_a_ppm, found.type_b) for name in ("gum", "paper")}
         calibration = Calibration(
             chosen=self._knowledge(found, noises[self.assembly]),
             paper=self._knowledge(found, noises["paper"]),
-            cold=cold(self.arm, self.law, self.wander, self.nominal),
+            cold=cold_prior(self.arm, self.law, self.wander, self.nominal),
             noise=noises[self.assembly],
             time_s=seconds(found.ended_ns - base.began_ns),
             error_ppm=found.error_ppm,
@@ -47,8 +47,8 @@ class AssembleQR:
         (context.out / "calibration.yaml").write_text(text, encoding="utf-8")
         context.log.attach("calibration.yaml", text.encode())
         figure = f"u_a {calibration.u_a_ppm:.2f} ppm, u_b {1e3 * calibration.u_b_m:.1f} mm"
-        context.log.progress(context.world.t_ns, f"assembly={self.assembly}, air={air_of(found.fit)}", figure)
+        context.log.progress(context.world.t_ns, f"assembly={self.assembly}, air={law_form(found.fit)}", figure)
         return calibration
 
-    def _knowledge(self, found: MapCalibration, noise: Noise) -> Knowledge:
-        return calibrated(found.fit, self.arm, self.wander, replace(self.nominal, delay_s=found.delay.s), noise)
+    def _knowledge(self, found: MapCalibration, noise: Noise) -> Prior:
+        return calibrated_prior(found.fit, self.arm, self.wander, replace(self.nominal, delay_s=found.delay.s), noise)

@@ -8,9 +8,8 @@ from oio.core.errors import NotSettled
 from oio.core.interfaces import Sensor
 from oio.core.records import GasReading, GasSample, seconds
 from oio.core.settings import in_range, settings
-from oio.gas.bouts import Baseline as ElementBaseline
-from oio.gas.bouts import baseline
-from oio.results.calibration import Baselines, Settled
+from oio.gas.bouts import ElementBaseline, element_baseline
+from oio.results.calibration import BaselineResult, WarmUpResult
 from oio.runtime.context import Context
 
 PRIOR_READINGS = 10  # the data sheet's noise counts as this many readings when the noise scale is estimated
@@ -20,7 +19,7 @@ PRIOR_READINGS = 10  # the data sheet's noise counts as this many readings when 
 class Baseline:
     """The paper's five readings; the noise scale uses the settled window of the warm-up as well."""
 
-    needs: ClassVar[tuple[type, ...]] = (Settled,)
+    needs: ClassVar[tuple[type, ...]] = (WarmUpResult,)
     sensor: Sensor
     samples: int  # per element
     max_s: float  # then the stage gives up
@@ -29,7 +28,7 @@ class Baseline:
         """A standard deviation needs two."""
         in_range(self, samples=(2, 10_000), max_s=(0.1, 1e6))
 
-    def run(self, context: Context) -> Baselines:
+    def run(self, context: Context) -> BaselineResult:
         """One baseline per element; raises NotSettled if one of them says nothing that can be used."""
         began = context.world.t_ns
         readings: list[list[GasReading]] = [[] for _ in range(self.sensor.elements)]
@@ -46,13 +45,13 @@ class Baseline:
         elements = tuple(self._element(r) for r in readings)
         means = ", ".join(f"{e.ppm:.2f}" for e in elements)
         context.log.progress(context.world.t_ns, "five readings per element", f"{means} ppm")
-        return Baselines(elements, self._noise_scale(readings, context.need(Settled)), began)
+        return BaselineResult(elements, self._noise_scale(readings, context.need(WarmUpResult)), began)
 
     def _element(self, readings: list[GasReading]) -> ElementBaseline:
         dt_s = self.sensor.sample_s * self.sensor.elements
-        return baseline(np.array([r.ppm for r in readings]), dt_s, self.sensor.tau_rise_s, readings[0].sigma_ppm)
+        return element_baseline(np.array([r.ppm for r in readings]), dt_s, self.sensor.tau_rise_s, readings[0].sigma_ppm)
 
-    def _noise_scale(self, readings: list[list[GasReading]], settled: Settled) -> float:
+    def _noise_scale(self, readings: list[list[GasReading]], settled: WarmUpResult) -> float:
         """Variance of a reading over its nominal one: data sheet, warm-up and baseline, each by its degrees of freedom."""
         sums, dof = float(PRIOR_READINGS), float(PRIOR_READINGS)
         sums += settled.noise_scale * settled.readings

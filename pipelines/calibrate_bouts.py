@@ -12,7 +12,7 @@ from oio.gas.source import Source
 from oio.gas.trace import Trace
 from oio.inference.uncertainty import TypeA, type_a
 from oio.kinematics.arm import Arm
-from oio.results.calibration import Baselines, BoutCalibration
+from oio.results.calibration import BaselineResult, BoutCalibration
 from oio.runtime.context import Context, sniff
 from oio.search.bandit import Bandit, Values
 
@@ -21,7 +21,7 @@ from oio.search.bandit import Bandit, Values
 class CalibrateBouts:
     """On rung d only the first d joints move."""
 
-    needs: ClassVar[tuple[type, ...]] = (Baselines,)
+    needs: ClassVar[tuple[type, ...]] = (BaselineResult,)
     sensor: Sensor
     arm: Arm
     bandit: Bandit
@@ -45,7 +45,7 @@ class CalibrateBouts:
 
     def _rung(self, context: Context, dof: int, trace: Trace) -> TypeA:
         k = self.rule.window(dof)
-        detector, values = BoutDetector(self.rule, k, context.need(Baselines).elements), Values.none(dof)
+        detector, values = BoutDetector(self.rule, k, context.need(BaselineResult).elements), Values.none(dof)
         steps: list[Bout] = []
         for move in range(self.moves_per_rung):
             q = context.world.goal

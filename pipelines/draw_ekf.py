@@ -10,7 +10,7 @@ from oio.figures.ekf import draw
 from oio.inference.belief_map import BeliefMap
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, Navigation
-from oio.results.rescoring import Rerun, Variant
+from oio.results.rescoring import Rescoring, Variant
 from oio.results.tracks import Tracks, tracks
 from oio.runtime.context import Context
 from oio.search.stop_rule import StopRule
@@ -32,7 +32,7 @@ class DrawEkf:
         known, search = context.need(Calibration), context.need(Navigation)
         starts = {"cold": known.cold, "calibrated": known.chosen}
         variants = {name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen) for name, at in starts.items()}
-        rerun = Rerun(variants, self.sensor, search, self.stop)
+        rerun = Rescoring(variants, self.sensor, search, self.stop)
         found = tracks(rerun, self.arm, context.log.samples(search.began_ns, search.ended_ns))
         draw(found, context.out / "figure_ekf.png")
         context.log.progress(context.world.t_ns, "figure_ekf.png", "drawn")

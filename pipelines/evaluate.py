@@ -11,11 +11,11 @@ from oio.core.settings import in_range, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.inference.belief_map import BeliefMap
-from oio.inference.bounds import at_truth, cramer_rao, posterior
-from oio.inference.observability import blind_spots
+from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
+from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
-from oio.results.calibration import Baselines, Calibration, Navigation
-from oio.results.rescoring import Rerun, Variant
+from oio.results.calibration import BaselineResult, Calibration, Navigation
+from oio.results.rescoring import Rescoring, Variant
 from oio.results.summary import Evaluation
 from oio.results.verdict import Findings, Limits, judge
 from oio.runtime.context import Context
@@ -29,7 +29,7 @@ class Evaluate:
     """Every variant sees the samples in the order in which they were logged and makes its maps when the live search did, or the cold start
     the last of them alone."""
 
-    needs: ClassVar[tuple[type, ...]] = (Baselines, Calibration, Navigation)
+    needs: ClassVar[tuple[type, ...]] = (BaselineResult, Calibration, Navigation)
     sensor: Sensor
     arm: Arm
     estimator: Estimator
@@ -54,7 +54,7 @@ class Evaluate:
         for name, outcome in outcomes.items():
             context.log.progress(context.world.t_ns, name, outcome.in_words())
         bound_m, posterior_bound_m = self._bounds(rerun, context.rng)
-        effective = min(b.n_effective for b in context.need(Baselines).elements)
+        effective = min(b.n_effective for b in context.need(BaselineResult).elements)
         verdict = judge(Findings(outcomes["calibrated"], bound_m, effective, self.arm.dof, self._unseen(rerun)), self.limits)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
@@ -62,7 +62,7 @@ class Evaluate:
             rerun.dead_reckoning_m, bound_m, posterior_bound_m, verdict, source, seconds(context.world.t_ns),
         )  # fmt: skip
 
-    def _rerun(self, context: Context) -> Rerun:
+    def _rerun(self, context: Context) -> Rescoring:
         known, search = context.need(Calibration), context.need(Navigation)
         starts = {"calibrated": known.chosen, "cold": known.cold}
         if self.paper_assembly:
@@ -71,21 +71,21 @@ class Evaluate:
             name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen, name == "cold" and self.cold_maps == "last")
             for name, at in starts.items()
         }
-        rerun = Rerun(variants, self.sensor, search, self.stop)
+        rerun = Rescoring(variants, self.sensor, search, self.stop)
         rerun.over(context.log.samples(search.began_ns, search.ended_ns))
         return rerun
 
-    def _bounds(self, rerun: Rerun, rng: np.random.Generator) -> tuple[float | None, float | None]:
+    def _bounds(self, rerun: Rescoring, rng: np.random.Generator) -> tuple[float | None, float | None]:
         """Cramer-Rao at the truth and van Trees over the prior [m]."""
         odometry = rerun.variants["calibrated"].odometry
         if rerun.source is None or not odometry.hypotheses or self.arm.dof < 3:
             return None, None
         sniffs, known = odometry.trace.frozen(), odometry.known
         truth = at_truth(sniffs, known, odometry.hypotheses[0].mean, rerun.source)
-        return cramer_rao(sniffs, known, truth).rms_m, posterior(sniffs, known, rng, self.bound_draws).rms_m
+        return cramer_rao(sniffs, known, truth).rms_m, posterior_cramer_rao(sniffs, known, rng, self.bound_draws).rms_m
 
-    def _unseen(self, rerun: Rerun) -> tuple[str, ...]:
+    def _unseen(self, rerun: Rescoring) -> tuple[str, ...]:
         odometry = rerun.variants["calibrated"].odometry
         if not odometry.hypotheses:
             return ()
-        return blind_spots(odometry.trace.frozen(), odometry.known, odometry.hypotheses, self.limits.narrowed)
+        return unobservable(odometry.trace.frozen(), odometry.known, odometry.hypotheses, self.limits.narrowed)

@@ -11,20 +11,20 @@ from oio.core.records import Array, seconds
 from oio.core.settings import in_range, settings
 from oio.gas.range_law import RangeLaw
 from oio.gas.source import Source
-from oio.gas.timing import Delay, shifted
+from oio.gas.timing import Delay, shift_path
 from oio.gas.trace import Sniffs, Trace
 from oio.inference.beacon_fit import beacon_problem, fit_beacon
-from oio.inference.belief_map import BeliefMap, spheres_of
-from oio.inference.delay_fit import estimated
+from oio.inference.belief_map import BeliefMap, range_spheres
+from oio.inference.delay_fit import fit_delay
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit
 from oio.inference.metrics import nees
-from oio.inference.prior import Nominal, calibrated
-from oio.inference.state_space import Wander
+from oio.inference.prior import Nominal, calibrated_prior
+from oio.inference.state_space import ProcessNoise
 from oio.inference.trilateration import vertex
-from oio.inference.uncertainty import Noise, localisation
+from oio.inference.uncertainty import Noise, type_b_of_repeats
 from oio.kinematics.arm import Arm
-from oio.results.calibration import Baselines, BoutCalibration, MapCalibration, Repeat
+from oio.results.calibration import BaselineResult, BoutCalibration, MapCalibration, Repeat
 from oio.runtime.context import Context, sniff
 
 
@@ -32,11 +32,11 @@ from oio.runtime.context import Context, sniff
 class MapBeliefs:
     """Measurements stand around the beacon at given distances, as directions allow; each repeat is judged by a fit of the others."""
 
-    needs: ClassVar[tuple[type, ...]] = (Baselines, BoutCalibration)
+    needs: ClassVar[tuple[type, ...]] = (BaselineResult, BoutCalibration)
     sensor: Sensor
     arm: Arm
     law: RangeLaw
-    wander: Wander
+    wander: ProcessNoise
     belief_map: BeliefMap
     nominal: Nominal
     beacon: Source
@@ -69,11 +69,11 @@ class MapBeliefs:
                 break  # no repeat, but what was sensed helps the fit
             spans.append((began_s, seconds(context.world.t_ns)))
         delay = self._delay(context, trace.frozen())
-        sniffs = shifted(trace.frozen(), delay.s)
+        sniffs = shift_path(trace.frozen(), delay.s)
         fit = self._fit(context, sniffs)
         repeats = tuple(self._repeat(context, sniffs, span, fit) for span in spans)
         self._draw(context, repeats[-1])
-        type_b = localisation(np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats]), len(self.distances_m) - 1)
+        type_b = type_b_of_repeats(np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats]), len(self.distances_m) - 1)
         return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves, delay)
 
     def _measure(self, context: Context, trace: Trace, repeats: int) -> int:
@@ -94,7 +94,7 @@ class MapBeliefs:
         return self._spent_s(context) + max(end - begin for begin, end in spans) <= self.budget_s
 
     def _spent_s(self, context: Context) -> float:
-        return seconds(context.world.t_ns - context.need(Baselines).began_ns)
+        return seconds(context.world.t_ns - context.need(BaselineResult).began_ns)
 
     def _pose(self, context: Context, distance_m: float) -> Array:
         """A pose at that distance from the beacon, in a random direction; any pose where the arm cannot choose its distance."""
@@ -111,14 +111,14 @@ class MapBeliefs:
 
     def _delay(self, context: Context, sniffs: Sniffs) -> Delay:
         """How late readings are stamped: as told, or as the beacon's readings say."""
-        told, scale = Delay(self.nominal.delay_s, self.nominal.delay_u_s), context.need(Baselines).noise_scale
-        return estimated(self._problem(context, sniffs), told, lambda problem: fit_beacon(problem, scale)) if told.u_s else told
+        told, scale = Delay(self.nominal.delay_s, self.nominal.delay_u_s), context.need(BaselineResult).noise_scale
+        return fit_delay(self._problem(context, sniffs), told, lambda problem: fit_beacon(problem, scale)) if told.u_s else told
 
     def _fit(self, context: Context, sniffs: Sniffs, like: Fit | None = None) -> Fit:
-        return fit_beacon(self._problem(context, sniffs), context.need(Baselines).noise_scale, like)
+        return fit_beacon(self._problem(context, sniffs), context.need(BaselineResult).noise_scale, like)
 
     def _problem(self, context: Context, sniffs: Sniffs) -> Problem:
-        base = context.need(Baselines)
+        base = context.need(BaselineResult)
         offsets = np.array([b.ppm for b in base.elements]), np.array([b.u_ppm for b in base.elements])
         place = np.array(self.beacon.position), self.beacon_u_m
         return beacon_problem(sniffs, self.arm, self.law, self.nominal, offsets, place)
@@ -127,12 +127,12 @@ class MapBeliefs:
         """One trilateration with the law fitted without its own readings."""
         law = self._fit(context, sniffs.without(*span), fit)
         told_nothing = replace(law, law=law.law.untold())  # a strength that was told is another source's
-        known = calibrated(told_nothing, self.arm, self.wander, self.nominal, Noise.nominal())
+        known = calibrated_prior(told_nothing, self.arm, self.wander, self.nominal, Noise.nominal())
         own = sniffs.between(*span)
         place = np.array(self.beacon.position)
         # five measurements may leave a mirror point: that a map names both is no error of its covariance
         refined = min(self.belief_map.locate(own, known), key=lambda fit: nees(fit.mean[:3] - place, fit.cov[:3, :3]))
-        centres, radii = spheres_of(own, law, self.arm, self.law, len(self.distances_m))
+        centres, radii = range_spheres(own, law, self.arm, self.law, len(self.distances_m))
         try:
             point = vertex(centres, radii)
         except NotObservable:
@@ -146,6 +146,6 @@ class MapBeliefs:
 
     def _error_ppm(self, context: Context) -> float:
         """Combined standard uncertainty of a bout's mean signal: Type A of the top rung and the offsets'."""
-        base = context.need(Baselines).elements
+        base = context.need(BaselineResult).elements
         offsets = sum(b.u_ppm**2 for b in base) / len(base) ** 2
         return float(np.hypot(context.need(BoutCalibration).last.u_a_effective_ppm, np.sqrt(offsets)))

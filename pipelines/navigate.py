@@ -12,7 +12,7 @@ from oio.core.settings import in_range, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.gas.bouts import BoutDetector, BoutRule
-from oio.gas.detection import Whiff
+from oio.gas.detection import WhiffDetector
 from oio.gas.range_law import LAW
 from oio.inference.belief_map import BeliefMap
 from oio.inference.map_fit import Fit
@@ -73,7 +73,7 @@ class Navigate:
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
         began, maps, ends, moves = context.world.t_ns, list[tuple[int, tuple[Fit, ...]]](), list[int](), list[Move]()
         detector = BoutDetector(self.rule, self.rule.window(self.arm.dof), context.need(Calibration).baselines)
-        whiff = Whiff(context.need(Calibration).baselines, odometry.known.model.fall_s)
+        whiff = WhiffDetector(context.need(Calibration).baselines, odometry.known.model.fall_s)
         declared, mapped = False, 0
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
             try:
@@ -102,7 +102,7 @@ class Navigate:
         self._log_belief(context, odometry)
         return context.world.t_ns, fits
 
-    def _move(self, context: Context, odometry: Odometry, told: tuple[BoutDetector, Whiff], moves: tuple[Move, ...]) -> Move:
+    def _move(self, context: Context, odometry: Odometry, told: tuple[BoutDetector, WhiffDetector], moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
         model, law = odometry.known.model, odometry.known.mean[:LAW]
         believed = (None, ()) if self._lost(moves) else (odometry.belief, odometry.hypotheses)

@@ -9,7 +9,7 @@ from oio.core.errors import NotSettled
 from oio.core.interfaces import Sensor
 from oio.core.records import GasReading, GasSample, seconds
 from oio.core.settings import in_range, settings
-from oio.results.calibration import Settled
+from oio.results.calibration import WarmUpResult
 from oio.runtime.context import Context
 
 Window = list[deque[GasReading]]
@@ -29,7 +29,7 @@ class WarmUp:
         """Refuse windows too short for a line with an error."""
         in_range(self, window_s=(0.0, 1e5), readings=(4, 10_000), max_s=(0.1, 1e6))
 
-    def run(self, context: Context) -> Settled:
+    def run(self, context: Context) -> WarmUpResult:
         """Returns the slopes at the end; raises NotSettled with the measured slope after max_s."""
         context.world.present("none")
         began, window = context.world.t_ns, [deque[GasReading](maxlen=self._needed) for _ in range(self.sensor.elements)]
@@ -52,9 +52,9 @@ class WarmUp:
         """Readings of each element in the window."""
         return max(self.readings, round(self.window_s / (self.sensor.sample_s * self.sensor.elements)))
 
-    def _settled(self, window: Window, slopes: list[tuple[float, float]], waited_s: float) -> Settled:
+    def _settled(self, window: Window, slopes: list[tuple[float, float]], waited_s: float) -> WarmUpResult:
         ratio = [_variance_about_line(w) / w[-1].sigma_ppm ** 2 for w in window]
-        return Settled(
+        return WarmUpResult(
             waited_s, tuple(s for s, _ in slopes), tuple(u for _, u in slopes), float(np.mean(ratio)), self._needed * len(window)
         )
 

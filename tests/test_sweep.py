@@ -9,7 +9,7 @@ import pytest
 from hydra.core.global_hydra import GlobalHydra
 
 from oio.cli.console import show_sweep
-from oio.cli.hydra_errors import as_known
+from oio.cli.hydra_errors import known_error
 from oio.cli.run import refuse_bad_choices
 from oio.cli.sweep import sweep_rows
 from oio.core.folders import CONF
@@ -34,7 +34,7 @@ def refusal(*words):
     try:
         refuse_bad_choices(["-m", *words])
     except Exception as error:
-        return str(as_known(error, CONF))
+        return str(known_error(error, CONF))
     finally:
         GlobalHydra.instance().clear()
     return ""

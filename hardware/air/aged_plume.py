@@ -14,7 +14,7 @@ from oio.core.records import Array
 
 
 @dataclass(frozen=True, slots=True)
-class Wander:
+class VelocityProcess:
     """An Ornstein-Uhlenbeck velocity: standard deviation of each axis, correlation time."""
 
     sd_m_s: float
@@ -47,8 +47,8 @@ class Wander:
         return self.memory_s * (lost * velocity + self.sd_m_s * spread * rng.standard_normal(velocity.shape)), velocity
 
 
-def stood(
-    age_s: Array, source_m: Array, wind_m_s: Array, meander_m_s: Array, own: Wander, shared: Wander, rng: np.random.Generator
+def aged_plume(
+    age_s: Array, source_m: Array, wind_m_s: Array, meander_m_s: Array, own: VelocityProcess, shared: VelocityProcess, rng: np.random.Generator
 ) -> tuple[Array, Array]:
     """Places (n, 3) m and own velocities (n, 3) m/s of puffs of age_s (n,), evenly spaced from 0; the meander is meander_m_s (3,) now."""
     ways, velocities = own.since(age_s, rng)

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from hardware.air import puffs
-from hardware.air.aged_plume import Wander, stood
+from hardware.air.aged_plume import VelocityProcess, aged_plume
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 
@@ -49,7 +49,7 @@ class LiveFilament:
     def __init__(self, air: Filament, wind_rad: float, rng: np.random.Generator) -> None:
         self._air, self._rng = air, rng
         self.wind_m_s = air.wind_m_s * np.array([math.cos(wind_rad), math.sin(wind_rad), 0.0])
-        self._own, self._shared = Wander(air.turbulence_m_s, air.eddy_s), Wander(air.meander_m_s, air.meander_s)
+        self._own, self._shared = VelocityProcess(air.turbulence_m_s, air.eddy_s), VelocityProcess(air.meander_m_s, air.meander_s)
         self._meander = air.meander_m_s * rng.standard_normal(3)
         self._puffs = puffs.table(int(air.puffs_per_s * (air.age_s + 1)) + 2)
         self._count, self._due = 0, 0.0
@@ -69,7 +69,7 @@ class LiveFilament:
         self._meander = self._shared.later(self._meander, air.stood_s, self._rng)
         if source_m is not None:
             age_s = np.arange(round(min(air.stood_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
-            places, velocities = stood(age_s, source_m, self.wind_m_s, self._meander, self._own, self._shared, self._rng)
+            places, velocities = aged_plume(age_s, source_m, self.wind_m_s, self._meander, self._own, self._shared, self._rng)
             self._add(places, velocities, age_s)
             self._settle()
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from hardware.drivers.servos.fixed_mount import Standing
+from hardware.drivers.servos.fixed_mount import FixedMount
 from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.drivers.valves.port import SOURCES, Valve
 from hardware.transport.clock import Clock
 from hardware.transport.device import Device
-from hardware.transport.mailbox import Arrived, Mailbox
+from hardware.transport.mailbox import Mailbox, StampedSample
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds, seconds
@@ -28,11 +28,11 @@ ACCOUNT_NS = nanoseconds(1.0)  # the account is told not more often
 KEPT = 10_000  # delays from the last byte to the belief
 
 
-class Bench:
+class LiveWorld:
     """Time goes on while nobody asks for samples: what was sensed meanwhile comes first. `t_ns` is the end of the last span."""
 
     def __init__(
-        self, made: "SerialPort", clock: Clock, mailbox: Mailbox, nose: Device, arm: Device | None, mover: ServoArm | Standing, valve: Valve
+        self, made: "SerialPort", clock: Clock, mailbox: Mailbox, nose: Device, arm: Device | None, mover: ServoArm | FixedMount, valve: Valve
     ) -> None:
         self._made, self._clock, self._mailbox, self._nose, self._arm, self._mover, self._valve = (
             made,
@@ -107,7 +107,7 @@ class Bench:
             yield Event(self._t_ns, "link", self.account())
             raise
 
-    def _next(self, until_ns: int) -> Arrived | None:
+    def _next(self, until_ns: int) -> StampedSample | None:
         """The next sample of the span, when it is sure that none before it will come; None at its end."""
         hold_ns = nanoseconds(self._made.hold_s)
         while True:
@@ -122,7 +122,7 @@ class Bench:
                 wake_ns = min(due_ns, until_ns + hold_ns) if queue and queue[0].sample.t_ns <= until_ns else until_ns + hold_ns
                 self._mailbox.news.wait(min(max(self._clock.host_s(1e-9 * (wake_ns - now_ns)), 0.0), LOOK_S))
 
-    def _first(self, hold_ns: int) -> tuple[deque[Arrived], int]:
+    def _first(self, hold_ns: int) -> tuple[deque[StampedSample], int]:
         """The queue whose head comes first, and when that may be given away [ns]: gas at once, joints when no older gas can come."""
         gas, joints = self._mailbox.gas, self._mailbox.joints
         if gas and (not joints or gas[0].sample.t_ns <= joints[0].sample.t_ns):
@@ -136,9 +136,9 @@ class Bench:
         for device in (self._nose, self._arm):
             if device is not None and device.error is not None:
                 raise device.error
-        if isinstance(self._mover, Standing):
+        if isinstance(self._mover, FixedMount):
             for state in self._mover.until(self._clock.now_ns()):
-                self._mailbox.put(Arrived(state, state.t_ns))
+                self._mailbox.put(StampedSample(state, state.t_ns))
             return
         self._mover.alive()
         if self._mover.held is not None:

@@ -18,9 +18,9 @@ from oio.core.seeds import Seeds
 from oio.core.settings import in_range, settings
 from oio.gas.source import Source
 from oio.kinematics.arm import Arm
-from oio.motion.guard import HOST, NOSE, Guard, Safety
+from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
 
-FELT_EVERY = 5  # control ticks: 0.1 s
+LOAD_EVERY = 5  # control ticks: 0.1 s
 
 
 @settings
@@ -32,7 +32,7 @@ class MujocoSim:
     air: Air
     beacon: Source
     source: Source
-    safety: Safety
+    safety: SafetyLimits
     background_ppm: float
     emission_ml_s: float
     joint_period_s: float  # joints are logged this often
@@ -49,10 +49,10 @@ class MujocoSim:
         in_range(self, emission_ml_s=(0, 1e4), background_ppm=(0, 1e6))
 
     @contextlib.contextmanager
-    def open(self) -> Iterator["Bench"]:
+    def open(self) -> Iterator["SimulatedWorld"]:
         """A plant, and what samples it in simulated time; the arm is held when it is closed, however that came."""
         with self.plant() as plant:
-            bench = Bench(self, plant)
+            bench = SimulatedWorld(self, plant)
             try:
                 yield bench
             finally:
@@ -82,7 +82,7 @@ class MujocoSim:
         return spec.compile(), spec.to_xml()
 
 
-class Bench:
+class SimulatedWorld:
     """The live simulation: a plant in simulated time, which passes while samples are asked for."""
 
     def __init__(self, sim: MujocoSim, plant: Plant) -> None:
@@ -116,7 +116,7 @@ class Bench:
         plant, until_ns = self._plant, self.t_ns + nanoseconds(for_s)
         while plant.t_ns + plant.tick_ns <= until_ns:
             plant.tick(self._set_point(seconds(plant.t_ns)))
-            if plant.ticks % FELT_EVERY == 0:
+            if plant.ticks % LOAD_EVERY == 0:
                 self._feel(seconds(plant.t_ns))
             yield self._joints.state(plant.t_ns, plant.encoders())
             due = plant.t_ns >= self._gas_due_ns

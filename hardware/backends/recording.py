@@ -6,9 +6,9 @@ from typing import NoReturn
 
 import numpy as np
 
-from hardware.recordings.playback import Reel
+from hardware.recordings.playback import Playback
 from hardware.recordings.recording_parts import Loader
-from hardware.recordings.sensor_array import nose_for
+from hardware.recordings.sensor_array import placement_for
 from oio.core.errors import BadInput, WorldEnded
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
@@ -25,12 +25,12 @@ class Recording:
     arm: Arm
 
     @contextlib.contextmanager
-    def open(self) -> Iterator["Playback"]:
+    def open(self) -> Iterator["RecordedWorld"]:
         """Read the files and stand before the first usable row; raises BadInput if files, sensor and arm do not fit together."""
-        yield Playback(self)
+        yield RecordedWorld(self)
 
 
-class Playback:
+class RecordedWorld:
     """The live world. Each source has a reel that goes on where it was left, so no row is ever played twice.
 
     Time is counted in nanoseconds since the first usable row; changing reels does not turn it back.
@@ -39,10 +39,10 @@ class Playback:
     def __init__(self, chosen: Recording) -> None:
         self._name, self._sensor, self._arm = chosen.recording.name, chosen.sensor, chosen.arm
         parts = chosen.recording.parts()
-        self._nose = nose_for(self._name, parts["none"].recorded, chosen.sensor, chosen.arm)
+        self._nose = placement_for(self._name, parts["none"].recorded, chosen.sensor, chosen.arm)
         accounts = dict.fromkeys(part.recorded.account for part in parts.values())
         self._unsaid = [Event(0, "dropped", account) for account in accounts]
-        self._reels = {source: Reel(f"recording '{self._name}', '{source}'", part) for source, part in parts.items()}
+        self._reels = {source: Playback(f"recording '{self._name}', '{source}'", part) for source, part in parts.items()}
         self._source, self._t_ns, self._sniffs = "none", 0, 0
         self._reel.resume(0)
 
@@ -52,7 +52,7 @@ class Playback:
         return self._t_ns
 
     @property
-    def _reel(self) -> "Reel":
+    def _reel(self) -> "Playback":
         return self._reels[self._source]
 
     def present(self, source: str) -> None:

@@ -24,7 +24,7 @@ class Replay:
     dof: int  # joints that moved
 
     @contextlib.contextmanager
-    def open(self) -> Iterator["Played"]:
+    def open(self) -> Iterator["ReplayedWorld"]:
         """Check the log and stand at its beginning; raises BadInput for no log, a broken one, or one of another sensor or dof."""
         path = Path(self.log).expanduser()
         made_with = read_metadata(path)
@@ -33,10 +33,10 @@ class Replay:
             raise BadInput(f"backend.log={self.log} was made with {was}, but sensor={self.sensor} dof={self.dof} is set. Type {was}.")
         records = read_samples(path)
         with contextlib.closing(records):
-            yield Played(self.log, records, read_end(path))
+            yield ReplayedWorld(self.log, records, read_end(path))
 
 
-class Played:
+class ReplayedWorld:
     """The live world. A span of samples ends where it ended when it was logged, if the same span is asked for; else by its length."""
 
     def __init__(self, name: str, records: Iterator[WorldSample], end_ns: int) -> None:

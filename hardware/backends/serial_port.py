@@ -5,9 +5,9 @@ import os
 import sys
 from collections.abc import Iterator
 
-from hardware.backends.live_world import Bench
+from hardware.backends.live_world import LiveWorld
 from hardware.drivers.noses.port import NosePort
-from hardware.drivers.servos.fixed_mount import Standing
+from hardware.drivers.servos.fixed_mount import FixedMount
 from hardware.drivers.servos.port import NONE, ArmPort
 from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.drivers.valves.port import ValvePort
@@ -20,7 +20,7 @@ from oio.core.interfaces import Sensor
 from oio.core.settings import in_range, settings
 from oio.gas.source import Source
 from oio.kinematics.arm import Arm
-from oio.motion.guard import Safety
+from oio.motion.guard import SafetyLimits
 
 SWITCH_S = 2e-4  # of the interpreter, between threads: a sample that came in shall not wait for 5 ms, its default
 HOMING_S = 3.0  # the first move, to the arm's home, takes so long at least
@@ -36,7 +36,7 @@ class SerialPort:
     sensor: Sensor
     beacon: Source
     source: Source  # its position, if it was measured, goes to the log for scoring
-    safety: Safety
+    safety: SafetyLimits
     patience: Patience
     nose: NosePort
     arm: ArmPort
@@ -50,7 +50,7 @@ class SerialPort:
         in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), hold_s=(0.0, 1.0))
 
     @contextlib.contextmanager
-    def open(self) -> Iterator[Bench]:
+    def open(self) -> Iterator[LiveWorld]:
         """Find the ports, set the devices up, bring the arm home. Raises BadInput or OioError saying which device does not answer."""
         self._refuse_toys()
         clock, mailbox = Clock(self.speed), Mailbox(self.queue)
@@ -63,8 +63,8 @@ class SerialPort:
             try:
                 for device in devices:
                     _started(device)
-                mover = servos or Standing(self.kinematics, self.arm.period_s)
-                bench = Bench(self, clock, mailbox, nose, arm, mover, valve)
+                mover = servos or FixedMount(self.kinematics, self.arm.period_s)
+                bench = LiveWorld(self, clock, mailbox, nose, arm, mover, valve)
                 if servos is not None and servos.from_home_rad > AWAY_RAD:
                     _hands_off(bench)
                 bench.go_home(HOMING_S)
@@ -99,7 +99,7 @@ class SerialPort:
         return self.nose.port, self.arm.port if self.arm.driver != NONE else None
 
 
-def _hands_off(bench: Bench) -> None:
+def _hands_off(bench: LiveWorld) -> None:
     print(f"oio: the arm holds itself. Hands off: it goes home in {HANDS_OFF_S:g} s.", file=sys.stderr, flush=True)  # noqa: T201
     for _ in bench.samples(HANDS_OFF_S):
         interrupt.check()

@@ -13,13 +13,13 @@ from hardware.backends.mujoco_sim import MujocoSim
 from hardware.emulators import scd30, scd41
 from hardware.emulators.device import Device, Electronics, Trouble
 from hardware.emulators.dynamixel import Dynamixel
-from hardware.emulators.emulated_port import Agenda, Served
+from hardware.emulators.emulated_port import EmulatedPort, EventQueue
 from hardware.emulators.feetech import Feetech
 from hardware.emulators.line import HOLD_S, LineNose, Valve
 from hardware.emulators.loop import Loop
-from hardware.emulators.options import Choice
-from hardware.emulators.pty import Port
-from hardware.emulators.realtime_plant import Lab
+from hardware.emulators.options import EmulatorOptions
+from hardware.emulators.pty import PseudoTerminal
+from hardware.emulators.realtime_plant import RealtimePlant
 from hardware.simulation.plant import Plant
 from oio.core.errors import BadInput
 
@@ -27,7 +27,7 @@ BUSES: dict[str, type[Feetech] | type[Dynamixel]] = {"feetech": Feetech, "dynami
 
 
 @dataclass(frozen=True)
-class Emulated:
+class EmulatedBench:
     """Its loop is not running yet."""
 
     loop: Loop
@@ -36,19 +36,19 @@ class Emulated:
 
 
 @contextlib.contextmanager
-def emulated(choice: Choice, sim: MujocoSim) -> Iterator[Emulated]:
+def emulate_bench(choice: EmulatorOptions, sim: MujocoSim) -> Iterator[EmulatedBench]:
     """The ports are there until the end. Raises BadInput for what does not go together."""
     choice.refuse_another_sensor(sim)
     schedule = choice.schedule()
     _load(sim)
     with sim.plant() as plant, _folder(choice.out) as folder:
-        lab, agenda = Lab(plant, sim.arm, choice.speed), Agenda()
+        lab, agenda = RealtimePlant(plant, sim.arm, choice.speed), EventQueue()
         served = {
-            name: Served(device, Port(folder / name), trouble, agenda, choice.speed, sim.seeds.rng("disturbance", f"wire {name}"))
+            name: EmulatedPort(device, PseudoTerminal(folder / name), trouble, agenda, choice.speed, sim.seeds.rng("disturbance", f"wire {name}"))
             for name, device, trouble in _devices(choice, sim, lab)
         }
         with _plugged([each.port for each in served.values()]):
-            yield Emulated(Loop(lab, served, agenda, schedule), plant, {name: each.port.link for name, each in served.items()})
+            yield EmulatedBench(Loop(lab, served, agenda, schedule), plant, {name: each.port.link for name, each in served.items()})
 
 
 def _load(sim: MujocoSim) -> None:
@@ -59,7 +59,7 @@ def _load(sim: MujocoSim) -> None:
     air.ppm(np.ones(3))
 
 
-def _devices(choice: Choice, sim: MujocoSim, lab: Lab) -> Iterator[tuple[str, Device, set[str]]]:
+def _devices(choice: EmulatorOptions, sim: MujocoSim, lab: RealtimePlant) -> Iterator[tuple[str, Device, set[str]]]:
     trouble = set[str]()
     yield "nose", _nose(choice.nose, sim, lab, trouble), trouble
     if choice.arm != "none":
@@ -71,7 +71,7 @@ def _devices(choice: Choice, sim: MujocoSim, lab: Lab) -> Iterator[tuple[str, De
         yield "valve", Valve(lab.present, trouble, hold_s), trouble
 
 
-def _nose(driver: str, sim: MujocoSim, lab: Lab, trouble: Trouble) -> Device:
+def _nose(driver: str, sim: MujocoSim, lab: RealtimePlant, trouble: Trouble) -> Device:
     sensor = sim.sensor
     if driver == "line":
         bits: int = getattr(sensor, "adc_bits")  # noqa: B009  # a protocol has no such field; refused before if it is not there
@@ -97,7 +97,7 @@ def _folder(given: str | None) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def _plugged(ports: list[Port]) -> Iterator[None]:
+def _plugged(ports: list[PseudoTerminal]) -> Iterator[None]:
     for port in ports:
         _refuse_taken(port.link)
     try:

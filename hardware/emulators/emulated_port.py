@@ -8,13 +8,13 @@ import numpy as np
 
 from hardware.emulators.device import Device
 from hardware.emulators.faults import spoilt
-from hardware.emulators.pty import Port
+from hardware.emulators.pty import PseudoTerminal
 
 BITS = 10  # of a byte on the wire: 8N1
 NOISE_SHARE = 0.1  # of the ticks of a noisy wire bring bytes of their own
 
 
-class Agenda:
+class EventQueue:
     """What is to be done when, by the host's clock."""
 
     def __init__(self) -> None:
@@ -36,10 +36,10 @@ class Agenda:
             heapq.heappop(self._heap)[2]()
 
 
-class Served:
+class EmulatedPort:
     """Hears, lets the device answer, and sends when the question, what it thought and the answer would have taken their time."""
 
-    def __init__(self, device: Device, port: Port, trouble: set[str], agenda: Agenda, speed: float, rng: np.random.Generator) -> None:
+    def __init__(self, device: Device, port: PseudoTerminal, trouble: set[str], agenda: EventQueue, speed: float, rng: np.random.Generator) -> None:
         self._device, self.port, self.trouble, self._agenda, self._rng = device, port, trouble, agenda, rng
         self._speed, self._heard_s, self._free_s = speed, 0.0, 0.0
         self._plugs = 0  # what was on its way when the plug was pulled never comes

@@ -7,15 +7,15 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hardware.emulators import faults
-from hardware.emulators.emulated_port import Agenda, Served
+from hardware.emulators.emulated_port import EmulatedPort, EventQueue
 from hardware.emulators.faults import Fault
-from hardware.emulators.realtime_plant import Lab
+from hardware.emulators.realtime_plant import RealtimePlant
 
 
 class Loop:
     """Live from `run` on; ports are there from the beginning."""
 
-    def __init__(self, lab: Lab, served: Mapping[str, Served], agenda: Agenda, schedule: Sequence[Fault]) -> None:
+    def __init__(self, lab: RealtimePlant, served: Mapping[str, EmulatedPort], agenda: EventQueue, schedule: Sequence[Fault]) -> None:
         self.lab, self._served, self._agenda, self._schedule = lab, served, agenda, schedule
         self._asked_s: float | None = None  # when somebody first spoke to a device, by the bench's clock: the schedule begins then
 

@@ -18,7 +18,7 @@ EXAMPLE = "python -m hardware.emulate nose=scd30 arm=feetech air=draft"
 
 
 @settings
-class Choice:
+class EmulatorOptions:
     """Keys of conf/emulate.yaml."""
 
     nose: str
@@ -57,7 +57,7 @@ class Choice:
             raise BadInput(f"sensor={sim.sensor.name} goes with {fits}, but nose={self.nose} was given.")
 
 
-def read(arguments: Sequence[str], source: Path) -> tuple[Choice, list[str]]:
+def read(arguments: Sequence[str], source: Path) -> tuple[EmulatorOptions, list[str]]:
     """The choice and the overrides for the bench. Raises BadInput for what is no KEY=VALUE, is given twice, or is wrong."""
     own: dict[str, Any] = yaml.safe_load(source.read_text(encoding="utf-8"))
     words = _words(arguments)
@@ -90,8 +90,8 @@ def _value(key: str, text: str) -> object:
         return text
 
 
-def _checked(values: Mapping[str, Any]) -> Choice:
+def _checked(values: Mapping[str, Any]) -> EmulatorOptions:
     try:
-        return Choice(**values)
+        return EmulatorOptions(**values)
     except BadInput as error:
         raise BadInput(str(error).replace("Choice.", "", 1)) from None

@@ -9,7 +9,7 @@ from pathlib import Path
 CHUNK = 4096
 
 
-class Port:
+class PseudoTerminal:
     """The device's end. What is said while nobody has the port open is lost, as on a real wire."""
 
     def __init__(self, link: Path) -> None:

@@ -10,7 +10,7 @@ from hardware.simulation.plant import Plant
 from oio.core.records import Array, seconds
 from oio.kinematics.arm import Arm
 
-SLIP_S = 0.25  # of the host: a plant that is later than this gives up the time it lost, or it would hurry for ever
+MAX_LATE_S = 0.25  # of the host: a plant that is later than this gives up the time it lost, or it would hurry for ever
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class _State:
     loads: Array
 
 
-class Lab:
+class RealtimePlant:
     """`speed` seconds of the plant pass in one of the host.
 
     The plant is always one tick ahead of the clock: between ticks an encoder turns evenly from one angle to the next, so it can be asked
@@ -61,7 +61,7 @@ class Lab:
     def tick(self) -> None:
         """Let the plant go on; devices must have seen it as it was."""
         late_s = self._clock() - self.due_s
-        if late_s > SLIP_S:
+        if late_s > MAX_LATE_S:
             self._began_s += late_s
             self.slipped_s += late_s
         self._plant.tick(self._goals[: self._dof])

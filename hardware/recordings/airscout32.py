@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from hardware.recordings.data_folder import read_recording
-from hardware.recordings.delimited_text import Form, read_table
-from hardware.recordings.recording_parts import Part, Recorded
+from hardware.recordings.delimited_text import TextFormat, read_table
+from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.settings import settings
 
 
@@ -22,15 +22,15 @@ class AirScout32:
     columns: tuple[str, ...]  # one per element of the alternating pair
     saturated_ppm: float
 
-    def load(self) -> Recorded:
+    def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or cannot be used."""
         return self.parse(read_recording(self.file, self.origin))
 
-    def parse(self, data: bytes) -> Recorded:
+    def parse(self, data: bytes) -> RecordedRows:
         """The usable rows of a file's bytes; raises BadInput if there are none."""
-        form = Form("utf-8-sig", ",", "Timestamp", _milliseconds, self.columns, self.saturated_ppm)
+        form = TextFormat("utf-8-sig", ",", "Timestamp", _milliseconds, self.columns, self.saturated_ppm)
         table = read_table(data, form, self.file)
-        return Recorded(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
+        return RecordedRows(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
 
     def parts(self) -> Mapping[str, Part]:
         """The whole session plays while nothing is presented."""

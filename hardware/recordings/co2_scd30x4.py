@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 
 from hardware.recordings.data_folder import read_recording
-from hardware.recordings.delimited_text import Form, read_table
-from hardware.recordings.recording_parts import Part, Recorded
+from hardware.recordings.delimited_text import TextFormat, read_table
+from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.settings import settings
 
 
@@ -19,15 +19,15 @@ class Co2Scd30x4:
     columns: tuple[str, ...]  # the units that make the alternating pair
     saturated_ppm: float
 
-    def load(self) -> Recorded:
+    def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or cannot be used."""
         return self.parse(read_recording(self.file, self.origin))
 
-    def parse(self, data: bytes) -> Recorded:
+    def parse(self, data: bytes) -> RecordedRows:
         """The usable rows of a file's bytes; raises BadInput if there are none."""
         columns = tuple(f"Concentration [ppm] at {unit}" for unit in self.columns)
-        table = read_table(data, Form("utf-8-sig", ";", "Time", _clock, columns, self.saturated_ppm), self.file)
-        return Recorded(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
+        table = read_table(data, TextFormat("utf-8-sig", ";", "Time", _clock, columns, self.saturated_ppm), self.file)
+        return RecordedRows(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
 
     def parts(self) -> Mapping[str, Part]:
         """The whole session plays while nothing is presented."""

@@ -17,7 +17,7 @@ LATEST_S = 1e11  # no stamp is 3000 years from its epoch; beyond, nanoseconds ov
 
 
 @dataclass(frozen=True)
-class Form:
+class TextFormat:
     """How a file is written: encoding, separator, the column of the stamps and how one reads, the columns of the values."""
 
     encoding: str
@@ -41,7 +41,7 @@ class Table:
     dropped: Mapping[str, int]
 
 
-def read_table(data: bytes, form: Form, where: str) -> Table:
+def read_table(data: bytes, form: TextFormat, where: str) -> Table:
     """The usable rows of `data`; a row counts whole or not at all. Raises BadInput if columns are missing or no two rows are left.
 
     Lines may end in CR, LF or both, and text may stand above the header.
@@ -60,7 +60,7 @@ def read_table(data: bytes, form: Form, where: str) -> Table:
     return Table(float(t_s[0]), t_s - t_s[0], rows[rising, 1:], dict(dropped))
 
 
-def _header(lines: Sequence[str], form: Form, where: str) -> tuple[int, int, list[int]]:  # line after it, its width, wanted cells
+def _header(lines: Sequence[str], form: TextFormat, where: str) -> tuple[int, int, list[int]]:  # line after it, its width, wanted cells
     for i, line in enumerate(lines):
         cells = _cells(line, form)
         if form.time not in cells:
@@ -72,11 +72,11 @@ def _header(lines: Sequence[str], form: Form, where: str) -> tuple[int, int, lis
     raise BadInput(f"{where} has no header: no line names the column '{form.time}'. Its first line is {lines[:1]!r:.200}.")
 
 
-def _cells(line: str, form: Form) -> list[str]:
+def _cells(line: str, form: TextFormat) -> list[str]:
     return [cell.strip(' "#\t') for cell in line.split(form.separator)]
 
 
-def _row(line: str, form: Form, width: int, picks: Sequence[int]) -> list[float] | str:  # numbers, or why there are none
+def _row(line: str, form: TextFormat, width: int, picks: Sequence[int]) -> list[float] | str:  # numbers, or why there are none
     cells = _cells(line, form)
     if cells[0] == "end":  # some loggers repeat each sample in a row of its own
         return "repeated"
@@ -89,7 +89,7 @@ def _row(line: str, form: Form, width: int, picks: Sequence[int]) -> list[float]
     return _flaw(row, form) or row
 
 
-def _flaw(row: Sequence[float], form: Form) -> str:  # empty if there is none
+def _flaw(row: Sequence[float], form: TextFormat) -> str:  # empty if there is none
     if not all(map(math.isfinite, row)):
         return "not a number"
     if abs(row[0]) > LATEST_S:

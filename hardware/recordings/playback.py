@@ -9,7 +9,7 @@ from oio.core.records import nanoseconds, seconds
 NEVER_NS = 10**30  # after every stamp a table lets through
 
 
-class Reel:
+class Playback:
     """A part with its next row. While another reel plays, this one stands still.
 
     Raises BadInput if the part holds no row; `label` names it.

@@ -11,7 +11,7 @@ from oio.core.records import Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Recorded:
+class RecordedRows:
     """The usable rows of one file; k rows of m columns, one column per element or, where places are known, per sensor.
 
     Raises ValueError if the shapes do not agree.
@@ -46,7 +46,7 @@ class Recorded:
 class Part:
     """The stretch of a recording from `from_s` up to, not including, `until_s`, on the clock of its `t_s`."""
 
-    recorded: Recorded
+    recorded: RecordedRows
     from_s: float = 0.0
     until_s: float = inf
     source_m: Array | None = None  # (3,) m, the source that is active in this stretch; None: none or unknown
@@ -61,7 +61,7 @@ class Loader(Protocol):
         """As typed after `recording=`."""
         ...
 
-    def load(self) -> Recorded:
+    def load(self) -> RecordedRows:
         """Read the file (the one for calibration, if there are several); raises BadInput if it cannot be used."""
         ...
 

@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.recordings.recording_parts import Recorded
+from hardware.recordings.recording_parts import RecordedRows
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import Array
@@ -14,7 +14,7 @@ from oio.kinematics.arm import Arm
 SAME_PLACE_M = 1e-6
 
 
-class Nose(Protocol):
+class NosePlacement(Protocol):
     """The joints that say where the nose is, and the column that holds what it smells there."""
 
     @property
@@ -31,17 +31,17 @@ class Nose(Protocol):
         ...
 
 
-def nose_for(name: str, recorded: Recorded, sensor: Sensor, arm: Arm) -> Nose:
+def placement_for(name: str, recorded: RecordedRows, sensor: Sensor, arm: Arm) -> NosePlacement:
     """The nose that fits a recording; raises BadInput if the sensor or the arm does not."""
     if recorded.place_m is None:
-        return FixedNose(name, recorded, sensor, arm)
-    return ArrayNose(name, recorded.place_m, arm)
+        return FixedPlacement(name, recorded, sensor, arm)
+    return ArrayPlacement(name, recorded.place_m, arm)
 
 
-class FixedNose:
+class FixedPlacement:
     """One place; every element has a column of its own."""
 
-    def __init__(self, name: str, recorded: Recorded, sensor: Sensor, arm: Arm) -> None:
+    def __init__(self, name: str, recorded: RecordedRows, sensor: Sensor, arm: Arm) -> None:
         columns = recorded.ppm.shape[1]
         if columns < sensor.elements:
             raise BadInput(
@@ -60,7 +60,7 @@ class FixedNose:
             raise BadInput(f"recording '{self._name}' has one fixed place, so its nose cannot move; use stage=[warm_up,baseline].")
 
 
-class ArrayNose:
+class ArrayPlacement:
     """Many places, one sensor at each: to move is to listen to another. Both elements read the sensor at the place.
 
     The arm must be one whose joints are positions. With fewer than three degrees of freedom only the places on its line or plane

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hardware.backends.mujoco_sim import MujocoSim
 
 
-STOP_RAD = math.radians(0.5)  # so near an end of its range a joint is at its stop
+END_STOP_RAD = math.radians(0.5)  # so near an end of its range a joint is at its stop
 
 
 class Plant:
@@ -123,7 +123,7 @@ class Plant:
         """Which joints (n,) stand at an end of their range."""
         low, high = self._model.jnt_range[self._hinges].T
         q = self._angles[self._joints]
-        return np.asarray(self._model.jnt_limited[self._hinges].astype(bool) & ((q < low + STOP_RAD) | (q > high - STOP_RAD)))
+        return np.asarray(self._model.jnt_limited[self._hinges].astype(bool) & ((q < low + END_STOP_RAD) | (q > high - END_STOP_RAD)))
 
     def raw(self, element: int) -> float:
         """What the sensor's electronics put on the wire now."""

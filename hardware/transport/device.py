@@ -5,9 +5,9 @@ from collections import Counter
 from typing import Protocol
 
 from hardware.transport.clock import Clock
-from hardware.transport.discovery import found
+from hardware.transport.discovery import resolve_port
 from hardware.transport.mailbox import Mailbox
-from hardware.transport.port import Gone, NoAnswer, Unplugged, Wire, opened
+from hardware.transport.port import DeviceLost, NoAnswer, Unplugged, Wire, open_port
 from oio.core.errors import OioError
 from oio.core.records import nanoseconds, seconds
 from oio.core.settings import in_range, settings
@@ -109,20 +109,20 @@ class Device(threading.Thread):
                 why = str(error) or why
                 self._close()
             if self._clock.now_ns() - began_ns > nanoseconds(patience_s):
-                raise Gone(self._complaint(why, patience_s))
+                raise DeviceLost(self._complaint(why, patience_s))
             self._leave.wait(self._clock.host_s(wait_s))
             wait_s = min(2.0 * wait_s, self._patience.backoff_most_s)
 
     def _open(self) -> None:
         key = f"{self.driver.key}.port"
         try:
-            path = found(self._port, key, self.driver.baud, self.driver.knock)
+            path = resolve_port(self._port, key, self.driver.baud, self.driver.knock)
         except OioError:
             if not self.ready.is_set():
                 raise  # it was never there: a person must act
             raise Unplugged("the port is not there") from None
         try:
-            self._wire = opened(path, self.driver.baud, key)
+            self._wire = open_port(path, self.driver.baud, key)
         except OioError:
             if not self.ready.is_set():
                 raise
@@ -143,7 +143,7 @@ class Device(threading.Thread):
                 return str(error) or "unplugged"
             now_ns = self._clock.now_ns()
             if now_ns - self._heard_ns > nanoseconds(self._patience.away_s + self._patience.silent_s):
-                raise Gone(self._complaint(why, self._patience.away_s))
+                raise DeviceLost(self._complaint(why, self._patience.away_s))
             if now_ns - max(self._heard_ns, opened_ns) > nanoseconds(self._patience.silent_s):
                 return why
         return ""

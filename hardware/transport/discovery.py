@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 from serial.tools import list_ports
 
-from hardware.transport.port import NoAnswer, Unplugged, Wire, opened
+from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
 from oio.core.errors import BadInput
 
 USB = re.compile(r"usb:([0-9A-Fa-f]{4}):([0-9A-Fa-f]{4})(?::(.+))?")
-Knock = Callable[[Wire], str | None]
+Identify = Callable[[Wire], str | None]
 
 
-def found(port: str, key: str, baud: int, knock: Knock) -> str:
+def resolve_port(port: str, key: str, baud: int, knock: Identify) -> str:
     """The path of `port`. Raises BadInput, naming `key`, if it is not there or not the only one that fits."""
     usb = USB.fullmatch(port)
     if usb:
@@ -27,12 +27,12 @@ def found(port: str, key: str, baud: int, knock: Knock) -> str:
 
 def plugged_in() -> str:
     """What there is, in one sentence."""
-    names = [f"{info.device} ({named(info)})" for info in list_ports.comports()]
+    names = [f"{info.device} ({port_name(info)})" for info in list_ports.comports()]
     there = f"Plugged in: {', '.join(names)}." if names else "Nothing is plugged in that the system lists."
     return f"{there} `python -m hardware.ports` asks each who it is."
 
 
-def named(info: object) -> str:
+def port_name(info: object) -> str:
     """A port as it can be typed: usb:VENDOR:PRODUCT:SERIAL, or what the system calls it."""
     vid, pid, number = (getattr(info, name, None) for name in ("vid", "pid", "serial_number"))
     if vid is None or pid is None:
@@ -48,9 +48,9 @@ def _is(info: object, usb: re.Match[str]) -> bool:
     return same and number in (None, getattr(info, "serial_number", None))
 
 
-def _answers(path: str, key: str, baud: int, knock: Knock) -> bool:
+def _answers(path: str, key: str, baud: int, knock: Identify) -> bool:
     try:
-        wire = opened(path, baud, key)
+        wire = open_port(path, baud, key)
     except (BadInput, Unplugged):
         return False  # another's
     try:

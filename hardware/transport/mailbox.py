@@ -8,7 +8,7 @@ from oio.core.records import GasSample, JointState
 
 
 @dataclass(frozen=True, slots=True)
-class Arrived:
+class StampedSample:
     """A sample, and when its last byte was read [ns of the world]."""
 
     sample: GasSample | JointState
@@ -20,14 +20,14 @@ class Mailbox:
 
     def __init__(self, limit: int) -> None:
         self.news = threading.Condition()
-        self.joints: deque[Arrived] = deque()
-        self.gas: deque[Arrived] = deque()
+        self.joints: deque[StampedSample] = deque()
+        self.gas: deque[StampedSample] = deque()
         self.lost = 0  # samples that found their queue full: the oldest goes
         self.gas_ns: int | None = None  # when the nose was heard last
         self.gas_from_ns = 0  # no gas is to come that was sensed before: older joints need not wait for it
         self._limit = limit
 
-    def put(self, arrived: Arrived) -> None:
+    def put(self, arrived: StampedSample) -> None:
         """From any thread."""
         with self.news:
             queue = self.gas if isinstance(arrived.sample, GasSample) else self.joints

@@ -78,7 +78,7 @@ class SerialWire:
             self._serial.close()
 
 
-def opened(path: str, baud: int, key: str) -> SerialWire:
+def open_port(path: str, baud: int, key: str) -> SerialWire:
     """The port, for us alone. Raises BadInput, naming `key`, where a person must act first; Unplugged where waiting may help."""
     try:
         return SerialWire(path, baud)
@@ -94,5 +94,5 @@ def opened(path: str, baud: int, key: str) -> SerialWire:
         raise Unplugged(str(error)) from None
 
 
-class Gone(OioError):
+class DeviceLost(OioError):
     """A device stayed away for longer than it may."""

@@ -26,7 +26,7 @@ class Framer(Protocol[F_co]):
         ...
 
 
-def drained(wire: Wire, framer: Framer[F]) -> list[F]:
+def drain(wire: Wire, framer: Framer[F]) -> list[F]:
     """Frames that came in unasked or late: nobody shall take them for the next answer."""
     frames: list[F] = []
     while data := wire.read(0.0):
@@ -34,13 +34,13 @@ def drained(wire: Wire, framer: Framer[F]) -> list[F]:
     return frames
 
 
-def asked(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
+def request(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
     """The first frame that fits, within so many seconds of the host. Raises NoAnswer."""
-    drained(wire, framer)
-    return _answered(wire, question, framer, fits, within_s)
+    drain(wire, framer)
+    return _request(wire, question, framer, fits, within_s)
 
 
-def _answered(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
+def _request(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
     wire.write(question)
     until_s = time.monotonic() + within_s
     while (left_s := until_s - time.monotonic()) > 0:
@@ -53,16 +53,16 @@ def _answered(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F]
     raise NoAnswer("no answer")
 
 
-def insisted(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], each_s: float, within_s: float) -> F:
+def request_until(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], each_s: float, within_s: float) -> F:
     """The same, asked again every `each_s` for so long: noise was in the way, or the device boots. An answer that is late will do.
 
     Raises NoAnswer.
     """
     until_s = time.monotonic() + within_s
-    drained(wire, framer)
+    drain(wire, framer)
     while True:
         try:
-            return _answered(wire, question, framer, fits, each_s)
+            return _request(wire, question, framer, fits, each_s)
         except NoAnswer:
             if time.monotonic() >= until_s:
                 raise

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 from oio.cli import startup
 
-startup.begin(__name__)
+startup.handle_signals(__name__)
 
 from rich.console import Console
 
 from oio.bench import accuracy, drift, filters
 from oio.bench.arguments import SOURCE
-from oio.cli.exit_codes import ended
+from oio.cli.exit_codes import run_command
 from oio.core.errors import BadInput
 
 COMMANDS: dict[str, Callable[[list[str]], None]] = {"accuracy": accuracy.run, "drift": drift.run, "filters": filters.run}
@@ -30,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run one benchmark; returns the exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
-    return ended(lambda: _run(sys.argv[1:] if arguments is None else arguments), "stopped; what was done is saved.")
+    return run_command(lambda: _run(sys.argv[1:] if arguments is None else arguments), "stopped; what was done is saved.")
 
 
 def _run(arguments: list[str]) -> None:

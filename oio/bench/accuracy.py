@@ -8,7 +8,7 @@ from typing import Any
 
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from oio.bench.arguments import Words, read
+from oio.bench.arguments import Arguments, read
 from oio.bench.case_summary import Row, rows
 from oio.bench.output_folder import Record, Sheet, claimed, names, write
 from oio.bench.parallel import as_they_come
@@ -52,7 +52,7 @@ def run(arguments: list[str]) -> None:
         raise stop
 
 
-def planned(words: Words) -> Plan:
+def planned(words: Arguments) -> Plan:
     """The cases, each value of each key checked; raises BadInput before anything is run."""
     keys = {key: words.several(key) for key in GROUPS}
     if min(words.wholes("dof")) < 3:

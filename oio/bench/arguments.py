@@ -13,7 +13,7 @@ SOURCE = CONF / "bench.yaml"
 
 
 @dataclass(frozen=True)
-class Words:
+class Arguments:
     """What was typed, over the defaults; the values are text until they are asked for."""
 
     command: str
@@ -60,7 +60,7 @@ class Words:
         return BadInput(f"{key}={self.own[key]} was given, but {why}. Type e.g. {key}={defaults(self.command)[key]}.")
 
 
-def read(command: str, arguments: list[str]) -> Words:
+def read(command: str, arguments: list[str]) -> Arguments:
     """Sort the words of a command; raises BadInput for what is no KEY=VALUE or is given twice."""
     own, overrides, seen = defaults(command), list[str](), set[str]()
     for word in arguments:
@@ -76,7 +76,7 @@ def read(command: str, arguments: list[str]) -> Words:
             own[key] = value
         else:
             overrides.append(word)
-    return Words(command, own, tuple(overrides))
+    return Arguments(command, own, tuple(overrides))
 
 
 def defaults(command: str) -> dict[str, str]:

@@ -4,7 +4,7 @@ import itertools
 from dataclasses import asdict
 from pathlib import Path
 
-from oio.bench.arguments import Words, read
+from oio.bench.arguments import Arguments, read
 from oio.bench.drift_table import Row, Trials, rows, show
 from oio.bench.drift_trial import SOURCES, Case, Times, attempt
 from oio.bench.nose_error import Off
@@ -36,7 +36,7 @@ def run(arguments: list[str]) -> None:
         raise stop
 
 
-def planned(words: Words, times: Times) -> list[Case]:
+def planned(words: Arguments, times: Times) -> list[Case]:
     """All cases, each built; raises BadInput before anything is run."""
     strange = [source for source in words.several("source") if source not in SOURCES]
     if strange or min(words.wholes("dof")) < 3:

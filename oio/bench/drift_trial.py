@@ -11,7 +11,7 @@ from oio.bench.hover import Hover, Hovered
 from oio.bench.nose_error import NoseLog, Off, errors, off
 from oio.bench.trial import experiment
 from oio.cli.experiment import Experiment
-from oio.cli.hydra_errors import as_known
+from oio.cli.hydra_errors import known_error
 from oio.core.folders import CONF
 from oio.results.calibration import Navigation
 from oio.runtime.runner import Stage, run_stages
@@ -50,7 +50,7 @@ def attempt(words: tuple[str, ...], source: str, seed: int, times: Times) -> tup
     try:
         return run_trial(words, source, seed, times), ""
     except Exception as error:
-        return [], str(as_known(error, CONF) or repr(error))
+        return [], str(known_error(error, CONF) or repr(error))
 
 
 def run_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> list[Off]:

@@ -7,12 +7,12 @@ from filterpy.kalman import ExtendedKalmanFilter
 
 from oio.cli.experiment import Experiment
 from oio.core.records import Array, Belief, GasReading, JointState, nanoseconds
-from oio.estimators.base import Begins, Estimator
+from oio.estimators.base import Estimator, Initializer
 from oio.estimators.ekf import Ekf
-from oio.estimators.odometry import begun_from_best
+from oio.estimators.odometry import begin_from_best
 from oio.inference.map_fit import Fit
-from oio.inference.prior import cold
-from oio.inference.state_space import Model
+from oio.inference.prior import cold_prior
+from oio.inference.state_space import StateSpace
 
 STEP_S = 0.02
 SWING_RAD, SWING_S = 0.2, 4.0
@@ -21,10 +21,10 @@ MEASUREMENTS = 10
 
 
 @dataclass(frozen=True)
-class Course:
+class Workload:
     """Joints and readings in turn, and the hypothesis that filters begin with."""
 
-    model: Model
+    model: StateSpace
     fit: Fit
     joints: tuple[JointState, ...]
     readings: tuple[GasReading, ...]
@@ -42,10 +42,10 @@ class Step:
     r_ppm2: float
 
 
-def course(built: Experiment, steps: int) -> Course:
+def workload(built: Experiment, steps: int) -> Workload:
     """The cold model of an experiment, its source and law known to a hundredth of a cold start's standard deviations."""
     made = built.stages["assemble_qr"]
-    known = cold(made.arm, made.law, made.wander, made.nominal)  # type: ignore[attr-defined]
+    known = cold_prior(made.arm, made.law, made.wander, made.nominal)  # type: ignore[attr-defined]
     fit = Fit(known.layout, known.mean, 1e-4 * known.cov, 0.0, PPM, known.model.fluctuation, MEASUREMENTS, known.model.law)
     joints = tuple(_joints(built, i) for i in range(1, steps + 1))
     ekf, belief, readings = Ekf(gate_nis=25.0), known.model.begin(fit, 0, MEASUREMENTS), list[GasReading]()
@@ -55,7 +55,7 @@ def course(built: Experiment, steps: int) -> Course:
         expected, _, _ = known.model.measurement(belief.mean, fair)
         readings.append(GasReading(state.t_ns, fair.element, expected, fair.sigma_ppm))
         belief, _ = ekf.update(known.model, belief, readings[-1])
-    return Course(known.model, fit, joints, tuple(readings))
+    return Workload(known.model, fit, joints, tuple(readings))
 
 
 def _joints(built: Experiment, i: int) -> JointState:
@@ -65,13 +65,13 @@ def _joints(built: Experiment, i: int) -> JointState:
     return JointState(nanoseconds(t_s), built.arm.home + swing * one, speed * one, -rate * rate * swing * one)
 
 
-def begun(estimator: Estimator, way: Course) -> Belief:
+def first_belief(estimator: Estimator, way: Workload) -> Belief:
     """A filter's belief at the beginning."""
-    begin = estimator.begin if isinstance(estimator, Begins) else begun_from_best
+    begin = estimator.begin if isinstance(estimator, Initializer) else begin_from_best
     return begin(way.model, (way.fit,), 0, MEASUREMENTS)
 
 
-def matrices(way: Course) -> list[Step]:
+def matrices(way: Workload) -> list[Step]:
     """Those of the plain filter along the way; with readings as expected the mean never jumps."""
     mean, found = way.model.begin(way.fit, 0, MEASUREMENTS).mean, list[Step]()
     for state, reading in zip(way.joints, way.readings, strict=True):
@@ -82,7 +82,7 @@ def matrices(way: Course) -> list[Step]:
     return found
 
 
-def filterpy_alone(way: Course, ready: list[Step]) -> None:
+def filterpy_alone(way: Workload, ready: list[Step]) -> None:
     """filterpy's ExtendedKalmanFilter on ready-made matrices."""
     begin = way.model.begin(way.fit, 0, MEASUREMENTS)
     ekf = ExtendedKalmanFilter(dim_x=len(begin.mean), dim_z=1)
@@ -101,7 +101,7 @@ def _expected(x: Array, step: Step) -> Array:
     return np.array([step.expected_ppm])
 
 
-def model_alone(way: Course, ready: list[Step]) -> None:
+def model_alone(way: Workload, ready: list[Step]) -> None:
     """Transition and measurement, as often as the plain filter asks for them."""
     for step, state, reading in zip(ready, way.joints, way.readings, strict=True):
         after, _, _ = way.model.transition(step.mean, STEP_S, state)

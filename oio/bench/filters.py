@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from oio.bench.arguments import Words, read
-from oio.bench.filter_workload import Course, begun, course, filterpy_alone, matrices, model_alone
+from oio.bench.arguments import Arguments, read
+from oio.bench.filter_workload import Workload, filterpy_alone, first_belief, matrices, model_alone, workload
 from oio.bench.output_folder import claimed, names, write
 from oio.bench.trial import setting
 from oio.cli.help import choices
@@ -43,12 +43,12 @@ def run(arguments: list[str]) -> None:
         raise BadInput(f"dof={dof} was given, but the course of the filters takes three or five joints. Type e.g. dof=5.")
     estimators = {name: _estimator(words, name) for name in chosen}
     out = claimed(words.own["out"], "filters", (TABLE,))
-    found = timed(estimators, course(setting(_words(words, chosen[0]))[1], steps), repeats)
+    found = timed(estimators, workload(setting(_words(words, chosen[0]))[1], steps), repeats)
     write(out / TABLE, names(Row), map(asdict, found))
     show(found, str(out))
 
 
-def timed(estimators: dict[str, Estimator], way: Course, repeats: int) -> list[Row]:
+def timed(estimators: dict[str, Estimator], way: Workload, repeats: int) -> list[Row]:
     """All filters on one course, in one process."""
     ready = matrices(way)
     filterpy_us = _fastest(lambda: filterpy_alone(way, ready), repeats, way)
@@ -61,9 +61,9 @@ def _row(name: str, step_us: float, filterpy_us: float, model_us: float) -> Row:
     return Row(name, step_us, filterpy_us, step_us / filterpy_us, both_us, step_us / both_us)
 
 
-def _steps(estimator: Estimator, way: Course) -> Callable[[], None]:
+def _steps(estimator: Estimator, way: Workload) -> Callable[[], None]:
     def all_of_them() -> None:
-        belief = begun(estimator, way)
+        belief = first_belief(estimator, way)
         for joints, reading in zip(way.joints, way.readings, strict=True):
             belief = estimator.predict(way.model, belief, joints)
             belief, _ = estimator.update(way.model, belief, reading)
@@ -71,7 +71,7 @@ def _steps(estimator: Estimator, way: Course) -> Callable[[], None]:
     return all_of_them
 
 
-def _fastest(work: Callable[[], None], repeats: int, way: Course) -> float:
+def _fastest(work: Callable[[], None], repeats: int, way: Workload) -> float:
     """Microseconds per step of the fastest of so many passes, after one that compiles."""
     work()
     spent_s = []
@@ -82,11 +82,11 @@ def _fastest(work: Callable[[], None], repeats: int, way: Course) -> float:
     return 1e6 * min(spent_s) / len(way.joints)
 
 
-def _words(words: Words, ekf: str) -> tuple[str, ...]:
+def _words(words: Arguments, ekf: str) -> tuple[str, ...]:
     return f"sensor={words.own['sensor']}", f"dof={words.own['dof']}", f"ekf={ekf}", *words.overrides
 
 
-def _estimator(words: Words, name: str) -> Estimator:
+def _estimator(words: Arguments, name: str) -> Estimator:
     found = getattr(setting(_words(words, name))[1].stages.get("navigate"), "estimator", None)
     if not isinstance(found, Estimator):
         raise BadInput("stage= was given without 'navigate', whose filter is measured. Leave stage= out.")

@@ -7,8 +7,8 @@ import numpy as np
 
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, JointState, seconds
-from oio.estimators.base import Begins, Estimator
-from oio.estimators.odometry import Odometry, begun_from_best
+from oio.estimators.base import Estimator, Initializer
+from oio.estimators.odometry import Odometry, begin_from_best
 from oio.inference.belief_map import BeliefMap
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, MapCalibration
@@ -55,7 +55,7 @@ class Hover:
 
     def _begun(self, context: Context) -> Odometry:
         odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
-        begin = self.estimator.begin if isinstance(self.estimator, Begins) else begun_from_best
+        begin = self.estimator.begin if isinstance(self.estimator, Initializer) else begin_from_best
         known, fit = odometry.known, context.need(MapCalibration).fit
         widened = replace(fit, cov=known.model.noise.inflation * fit.cov)  # as a search has it
         odometry.belief = begin(known.model, (widened,), context.world.t_ns, CERTAIN)

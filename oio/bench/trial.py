@@ -11,7 +11,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.experiment import Experiment
-from oio.cli.hydra_errors import as_known
+from oio.cli.hydra_errors import known_error
 from oio.cli.run import build, plugins
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
@@ -62,4 +62,4 @@ def attempt(words: tuple[str, ...], seed: int) -> tuple[dict[str, Any] | None, s
     try:
         return run_trial(words, seed), ""
     except Exception as error:
-        return None, str(as_known(error, CONF) or repr(error))
+        return None, str(known_error(error, CONF) or repr(error))

@@ -18,7 +18,7 @@ GIVEN |= {"estimator": "ekf", "strategy": "search", "law": "range", "rule": "bou
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)
 
 
-def as_known(error: BaseException, conf: Path) -> OioError | None:
+def known_error(error: BaseException, conf: Path) -> OioError | None:
     """The known error behind an exception, or None if it is a bug."""
     cause: BaseException | None = error
     while cause is not None:

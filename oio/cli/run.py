@@ -16,10 +16,10 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.console import show_summary
-from oio.cli.exit_codes import ended
+from oio.cli.exit_codes import run_command
 from oio.cli.experiment import Experiment, execute
 from oio.cli.help import show_help
-from oio.cli.hydra_errors import as_known
+from oio.cli.hydra_errors import known_error
 from oio.cli.sweep import SweepTable
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
@@ -88,7 +88,7 @@ def _leave_nothing(out: Path) -> None:
 def _note_failure(out: Path, error: Exception) -> None:
     if (out / "status.json").is_file():
         return  # the run itself has written it
-    known = as_known(error, CONF)
+    known = known_error(error, CONF)
     text = str(known or repr(error))
     (out / "status.json").write_text(json.dumps({"state": "failed", "error": text, "traceback": None}) + "\n", encoding="utf-8")
 
@@ -160,4 +160,4 @@ def _run(arguments: list[str]) -> None:
 def main() -> int:
     """The command; returns the exit code."""
     interrupt.listen()
-    return ended(lambda: _run(sys.argv[1:]), "stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part).")
+    return run_command(lambda: _run(sys.argv[1:]), "stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part).")

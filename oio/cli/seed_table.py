@@ -13,7 +13,7 @@ from oio.cli.table_1 import Published
 Row = Mapping[str, Any]
 
 
-def grouped(summaries: Sequence[Row]) -> dict[tuple[str, int, str], list[Row]]:
+def group_by_case(summaries: Sequence[Row]) -> dict[tuple[str, int, str], list[Row]]:
     """Summaries with a source error, by sensor, DoF and air."""
     groups: dict[tuple[str, int, str], list[Row]] = {}
     for s in summaries:
@@ -22,7 +22,7 @@ def grouped(summaries: Sequence[Row]) -> dict[tuple[str, int, str], list[Row]]:
     return groups
 
 
-def figures(runs: Sequence[Row]) -> dict[str, float]:
+def group_figures(runs: Sequence[Row]) -> dict[str, float]:
     """Medians and 90th percentile of the source error [m], runs in which calibrated beats cold, and coverage of the 95 % region."""
     error = np.array([[s[name]["source_error_m"] for name in ("cold", "calibrated")] for s in runs], dtype=float)
     return {
@@ -37,14 +37,14 @@ def figures(runs: Sequence[Row]) -> dict[str, float]:
 
 def show_groups(summaries: Sequence[Row], console: Console) -> None:
     """One line per group of two seeds or more; nothing if there is none."""
-    groups = {key: runs for key, runs in grouped(summaries).items() if len(runs) > 1}
+    groups = {key: runs for key, runs in group_by_case(summaries).items() if len(runs) > 1}
     if not groups:
         return
     table = Table(title=escape("source error over seeds [mm]"), title_justify="left")
     for head in ("sensor", "dof", "air", "cold, median", "calibrated, median", "90 %", "beats cold", "in 95 %", "cal. time [s]"):
         table.add_column(escape(head), justify="left" if head in ("sensor", "air") else "right")
     for (sensor, dof, air), runs in groups.items():
-        f = figures(runs)
+        f = group_figures(runs)
         table.add_row(
             sensor, str(dof), air, f"{1e3 * f['cold_m']:.1f}", f"{1e3 * f['calibrated_m']:.1f}", f"{1e3 * f['p90_m']:.1f}",
             f"{f['beats']:.0f} of {len(runs)}", f"{100 * f['covered']:.0f} %", f"{f['time_s']:.0f}",

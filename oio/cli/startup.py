@@ -7,7 +7,7 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")  # before numpy: the matrices are small, and a fixed order of sums keeps runs equal to the bit
 
 
-def begin(name: str) -> None:
+def handle_signals(name: str) -> None:
     """If the module of that `__name__` is the command: until it listens itself, Ctrl-C and SIGTERM end it with one line."""
     if name == "__main__":
         signal.signal(signal.SIGINT, _end)

@@ -5,9 +5,9 @@ from filterpy.kalman.CubatureKalmanFilter import spherical_radial_sigmas
 
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import condition
-from oio.estimators.sigma_points import propagated
-from oio.inference.state_space import Model
+from oio.estimators.joseph_update import gated_update
+from oio.estimators.sigma_points import propagate
+from oio.inference.state_space import StateSpace
 
 
 @settings
@@ -20,11 +20,11 @@ class Ckf:
         """Refuse a gate that lets nothing pass."""
         in_range(self, gate_nis=(1.0, 1e9))
 
-    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+    def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Propagate to the time of `joints`."""
         zero, weights = np.zeros(model.size), np.full(2 * model.size, 0.5 / model.size)
-        return propagated(model, belief, joints, lambda c: spherical_radial_sigmas(zero, c), (weights, weights))
+        return propagate(model, belief, joints, lambda c: spherical_radial_sigmas(zero, c), (weights, weights))
 
-    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+    def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""
-        return condition(model, belief, reading, self.gate_nis)
+        return gated_update(model, belief, reading, self.gate_nis)

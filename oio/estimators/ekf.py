@@ -2,9 +2,9 @@
 
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import condition
-from oio.estimators.propagation import predicted
-from oio.inference.state_space import Model
+from oio.estimators.joseph_update import gated_update
+from oio.estimators.propagation import predict
+from oio.inference.state_space import StateSpace
 
 
 @settings
@@ -17,10 +17,10 @@ class Ekf:
         """Refuse a gate that lets nothing pass."""
         in_range(self, gate_nis=(1.0, 1e9))
 
-    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+    def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Propagate to the time of `joints`."""
-        return predicted(model, belief, joints)
+        return predict(model, belief, joints)
 
-    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+    def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""
-        return condition(model, belief, reading, self.gate_nis)
+        return gated_update(model, belief, reading, self.gate_nis)

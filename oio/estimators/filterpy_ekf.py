@@ -5,8 +5,8 @@ from filterpy.kalman import ExtendedKalmanFilter
 
 from oio.core.records import Belief, GasReading, Innovation, JointState, seconds
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import surprise, told
-from oio.inference.state_space import Model
+from oio.estimators.joseph_update import innovation_of, scalar_measurement
+from oio.inference.state_space import StateSpace
 
 
 @settings
@@ -19,7 +19,7 @@ class FilterpyEkf:
         """Refuse a gate that lets nothing pass."""
         in_range(self, gate_nis=(1.0, 1e9))
 
-    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+    def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Propagate to the time of `joints`; the mean goes through the full transition, as filterpy's `predict_x` is meant to be used."""
         mean, jacobian, q = model.transition(belief.mean, seconds(joints.t_ns - belief.t_ns), joints)
         ekf = _loaded(belief)
@@ -27,12 +27,12 @@ class FilterpyEkf:
         ekf.predict()
         return Belief(joints.t_ns, mean, 0.5 * (ekf.P + ekf.P.T))
 
-    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+    def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""
-        innovation = surprise(model, belief, reading, self.gate_nis)
+        innovation = innovation_of(model, belief, reading, self.gate_nis)
         if innovation.gated:
             return belief, innovation
-        row, residual, r = told(model, belief.mean, belief.cov, reading)
+        row, residual, r = scalar_measurement(model, belief.mean, belief.cov, reading)
         ekf = _loaded(belief)
         ekf.update(np.array([residual]), lambda _: row[None, :], lambda _: np.zeros(1), R=np.array([[r]]))
         return Belief(reading.t_ns, ekf.x, 0.5 * (ekf.P + ekf.P.T)), innovation

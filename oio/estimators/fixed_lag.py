@@ -3,7 +3,7 @@
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
 from oio.estimators.smoothing_window import Window
-from oio.inference.state_space import Model
+from oio.inference.state_space import StateSpace
 
 
 @settings
@@ -24,10 +24,10 @@ class FixedLag:
     def _window(self) -> Window:
         return Window(self.readings, self.steps, self.iterations, self.settled_sigmas)
 
-    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+    def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Propagate to the time of `joints`."""
         return self._window.predict(model, belief, joints)
 
-    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+    def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""
         return self._window.update(model, belief, reading, self.gate_nis)

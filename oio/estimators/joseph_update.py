@@ -4,42 +4,42 @@ import numba
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, Innovation
-from oio.gas.censored import matched
-from oio.inference.state_space import Model
+from oio.gas.censored import pseudo_measurement
+from oio.inference.state_space import StateSpace
 
 
-def condition(model: Model, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Belief, Innovation]:
+def gated_update(model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Belief, Innovation]:
     """The belief after one reading, and its innovation; after a reading beyond the gate, or a missed one, the belief is as it was."""
-    innovation = surprise(model, belief, reading, gate_nis)
+    innovation = innovation_of(model, belief, reading, gate_nis)
     if innovation.gated:
         return belief, innovation
-    mean, cov = conditioned(model, belief.mean, belief.cov, reading)
+    mean, cov = update(model, belief.mean, belief.cov, reading)
     return Belief(reading.t_ns, mean, cov), innovation
 
 
-def surprise(model: Model, belief: Belief, reading: GasReading, gate_nis: float) -> Innovation:
+def innovation_of(model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> Innovation:
     """The innovation alone. A missed reading (NaN or infinite) is gated and has no residual: 0."""
     seen = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if reading.missed else reading
-    row, residual, r = told(model, belief.mean, belief.cov, seen)
+    row, residual, r = scalar_measurement(model, belief.mean, belief.cov, seen)
     s = float(row @ belief.cov @ row) + r
     residual = 0.0 if reading.missed else residual
     gated = reading.missed or residual * residual > gate_nis * s
     return Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
 
 
-def conditioned(model: Model, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, Array]:
+def update(model: StateSpace, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, Array]:
     """Mean (N,) and cov (N, N) after one reading."""
-    row, residual, r = told(model, mean, cov, reading)
+    row, residual, r = scalar_measurement(model, mean, cov, reading)
     mean, cov = joseph(mean, cov, row, residual, r)
     return mean, cov
 
 
-def told(model: Model, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, float, float]:
+def scalar_measurement(model: StateSpace, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, float, float]:
     """H (N,), residual [ppm] and R [ppm^2] of a reading; a censored one is matched to the normal that is cut off at its limit."""
     expected, row, r = model.measurement(mean, reading)
     residual = reading.ppm - expected
     if reading.censored:
-        residual, r = matched(residual, float(row @ cov @ row) + r, r)
+        residual, r = pseudo_measurement(residual, float(row @ cov @ row) + r, r)
     return row, residual, r
 
 

@@ -3,25 +3,25 @@
 from dataclasses import replace
 
 from oio.core.records import SECOND_NS, Array, Belief, GasReading, Innovation, JointState
-from oio.estimators.base import Begins, Estimator
-from oio.gas.timing import Held
+from oio.estimators.base import Estimator, Initializer
+from oio.gas.timing import JointDelayLine
 from oio.inference.belief_map import BeliefMap
 from oio.inference.map_fit import Fit
-from oio.inference.prior import Knowledge
-from oio.inference.state_space import Model
+from oio.inference.prior import Prior
+from oio.inference.state_space import StateSpace
 
-TELLS_NOTHING_PPM = 1e6  # standard uncertainty of a reading that no gate refuses
+UNINFORMATIVE_PPM = 1e6  # standard uncertainty of a reading that no gate refuses
 
 
 class Odometry:
     """Gathers a trace until `locate` has made a belief map of it; from then on the filter runs."""
 
-    def __init__(self, estimator: Estimator, known: Knowledge, belief_map: BeliefMap) -> None:
+    def __init__(self, estimator: Estimator, known: Prior, belief_map: BeliefMap) -> None:
         self.known, self._estimator, self._map = known, estimator, belief_map
         self.trace = belief_map.trace()
         self.hypotheses: tuple[Fit, ...] = ()
         self.belief: Belief | None = None
-        self._held = Held(known.delay_s)
+        self._held = JointDelayLine(known.delay_s)
         self._joints: JointState | None = None  # the latest
         self._fed: JointState | None = None  # where the nose was when the gas of now was taken
         self._nis: list[float] = []
@@ -53,7 +53,7 @@ class Odometry:
         """
         assert self._fed is not None
         self.hypotheses = made or self._map.locate(self.trace.frozen(), self.known, self.hypotheses)
-        begin = self._estimator.begin if isinstance(self._estimator, Begins) else begun_from_best
+        begin = self._estimator.begin if isinstance(self._estimator, Initializer) else begin_from_best
         self.belief = begin(self.known.model, self.hypotheses, self._fed.t_ns, measurements)
         self._nis = []
         self._rehearse(self.belief, self._fed)
@@ -63,7 +63,7 @@ class Odometry:
         """One step of the filter, thrown away. After an install its first step is compiled, for as long as 20 s: now the arm stands."""
         model, then = self.known.model, replace(state, t_ns=state.t_ns + SECOND_NS)
         belief = self._estimator.predict(model, belief, then)
-        self._estimator.update(model, belief, GasReading(then.t_ns, 0, 0.0, TELLS_NOTHING_PPM))
+        self._estimator.update(model, belief, GasReading(then.t_ns, 0, 0.0, UNINFORMATIVE_PPM))
         model.nose(belief, then)
 
     def _feed(self, state: JointState) -> None:
@@ -90,6 +90,6 @@ class Odometry:
         return self.belief.mean[s], self.belief.cov[s, s]
 
 
-def begun_from_best(model: Model, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
+def begin_from_best(model: StateSpace, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
     """How a filter begins that does not begin itself."""
     return model.begin(fits[0], t_ns, measurements)

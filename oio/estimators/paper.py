@@ -4,9 +4,9 @@ import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, Innovation, JointState, seconds
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import condition
+from oio.estimators.joseph_update import gated_update
 from oio.gas.range_law import LAW, concentration
-from oio.inference.state_space import Model
+from oio.inference.state_space import StateSpace
 
 
 @settings
@@ -19,7 +19,7 @@ class PaperEkf:
         """Refuse a gate that lets nothing pass."""
         in_range(self, gate_nis=(1.0, 1e9))
 
-    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+    def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """The source stands still: Q alone is added. The concentration at the nose is kept in f for the update."""
         at, dt_s = model.at, seconds(joints.t_ns - belief.t_ns)
         mean, cov = np.array(belief.mean), np.array(belief.cov)
@@ -31,12 +31,12 @@ class PaperEkf:
         cov[at["s"], at["s"]] += model.noise.source_q_m2 * (dt_s if model.noise.assembly == "gum" else 1.0) * np.eye(3)
         return Belief(joints.t_ns, mean, _only_estimated(model, cov, p, mean))
 
-    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+    def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition source, strength and offset on one reading."""
-        return condition(model, belief, reading, self.gate_nis)
+        return gated_update(model, belief, reading, self.gate_nis)
 
 
-def _only_estimated(model: Model, cov: Array, p: Array, mean: Array) -> Array:
+def _only_estimated(model: StateSpace, cov: Array, p: Array, mean: Array) -> Array:
     """Covariance in which f is the linearised concentration, and nothing but source, strength and offsets is uncertain."""
     at, s = model.at, model.at["s"].start
     keep = np.zeros(model.size)

@@ -6,29 +6,29 @@ import numpy as np
 
 from oio.core.records import Array, Belief, JointState, seconds
 from oio.estimators import propagation_kernel
-from oio.inference.state_space import Model
+from oio.inference.state_space import StateSpace
 
 
-def predicted(model: Model, belief: Belief, joints: JointState) -> Belief:
+def predict(model: StateSpace, belief: Belief, joints: JointState) -> Belief:
     """The extended Kalman filter's prediction at the time of `joints`: x = f(x), P = F P F' + Q."""
-    _same_size(model, belief.mean, joints)
+    _check_size(model, belief.mean, joints)
     dt_s = seconds(joints.t_ns - belief.t_ns)
-    mean, cov = propagation_kernel.predicted(belief.mean, belief.cov, dt_s, joints.q, joints.dq, model.arm.links, *model.constants)
+    mean, cov = propagation_kernel.predict(belief.mean, belief.cov, dt_s, joints.q, joints.dq, model.arm.links, *model.constants)
     return Belief(joints.t_ns, mean, cov)
 
 
-def moved(model: Model, x: Array, dt_s: float, joints: JointState) -> Array:
+def propagate_mean(model: StateSpace, x: Array, dt_s: float, joints: JointState) -> Array:
     """f(x) (k, N) of many states x (k, N)."""
-    _same_size(model, x[0], joints)
-    new, _, _ = propagation_kernel.moved(x, dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
+    _check_size(model, x[0], joints)
+    new, _, _ = propagation_kernel.propagate(x, dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
     return np.asarray(new)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Linear:
+class LinearizedStep:
     """A step linearised at a state: x_next = mean + F (x - at) + w, w ~ (0, Q)."""
 
-    model: Model
+    model: StateSpace
     at: Array  # (N,)
     mean: Array  # f(at) (N,)
     row: Array  # F's row of f (N,)
@@ -36,30 +36,30 @@ class Linear:
     dt_s: float
 
     @staticmethod
-    def of(model: Model, at: Array, dt_s: float, joints: JointState) -> "Linear":
+    def of(model: StateSpace, at: Array, dt_s: float, joints: JointState) -> "LinearizedStep":
         """The step of dt_s that ends with the encoders at `joints`."""
-        _same_size(model, at, joints)
-        mean, row, lag = propagation_kernel.moved(at[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
-        return Linear(model, at, mean[0], row[0], lag[0], dt_s)
+        _check_size(model, at, joints)
+        mean, row, lag = propagation_kernel.propagate(at[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
+        return LinearizedStep(model, at, mean[0], row[0], lag[0], dt_s)
 
     def forward(self, mean: Array, cov: Array) -> tuple[Array, Array]:
         """A Gaussian (N,), (N, N) one step later: mean + F (x - at), F P F' + Q."""
         n, (_, walk, drift) = self.model.arm.dof, self.model.constants
-        away = propagation_kernel.through((mean - self.at)[:, None], self.row, self.lag[2], self.dt_s, n)[:, 0]
-        return self.mean + away, propagation_kernel.carried(cov, self.row, self.lag, self.dt_s, n, walk, drift)
+        away = propagation_kernel.apply_transition((mean - self.at)[:, None], self.row, self.lag[2], self.dt_s, n)[:, 0]
+        return self.mean + away, propagation_kernel.propagate_covariance(cov, self.row, self.lag, self.dt_s, n, walk, drift)
 
     def back(self, costate: Array) -> Array:
         """F' lambda (N,)."""
-        return np.asarray(propagation_kernel.back(costate, self.row, self.lag[2], self.dt_s, self.model.arm.dof))
+        return np.asarray(propagation_kernel.apply_transition_transposed(costate, self.row, self.lag[2], self.dt_s, self.model.arm.dof))
 
 
-def noisy(model: Model, x: Array, cov: Array, dt_s: float, joints: JointState) -> Array:
+def add_process_noise(model: StateSpace, x: Array, cov: Array, dt_s: float, joints: JointState) -> Array:
     """P + Q (N, N), Q that of a step from x (N,)."""
-    _, _, lag = propagation_kernel.moved(x[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
-    return np.asarray(propagation_kernel.noisy(cov, lag[0], dt_s, model.arm.dof, *model.constants[1:]))
+    _, _, lag = propagation_kernel.propagate(x[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
+    return np.asarray(propagation_kernel.add_process_noise(cov, lag[0], dt_s, model.arm.dof, *model.constants[1:]))
 
 
-def _same_size(model: Model, x: Array, joints: JointState) -> None:
+def _check_size(model: StateSpace, x: Array, joints: JointState) -> None:
     """Compiled code looks at no bounds."""
     if x.shape != (model.size,) or joints.q.shape != (model.arm.dof,) or joints.dq.shape != (model.arm.dof,):
         raise ValueError(f"expected {model.size} states and {model.arm.dof} joint values, got {x.shape} and {joints.q.shape}")

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.gas.fluctuation import coupled
+from oio.gas.fluctuation import lagged_ou_steps
 from oio.gas.range_law import LAW, concentration
 from oio.kinematics.forward import nose_and_jacobian
 
-Links = tuple[Array, Array, NDArray[np.int64], Array, Array]
+Chain = tuple[Array, Array, NDArray[np.int64], Array, Array]
 
 
 @numba.njit(cache=True)
-def moved(x: Array, dt: float, q: Array, dq: Array, links: Links, numbers: Array) -> tuple[Array, Array, Array]:
-    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `coupled` (k, 6) for states x (k, N), encoders at q (n,) moving with dq.
+def propagate(x: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: Array) -> tuple[Array, Array, Array]:
+    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `lagged_ou_steps` (k, 6) for states x (k, N), encoders at q (n,) moving with dq.
 
     The gas of the step is taken from where the joints were half a step before.
     """
@@ -30,12 +30,12 @@ def moved(x: Array, dt: float, q: Array, dq: Array, links: Links, numbers: Array
             new[i, n + j] += dt * x[i, 2 * n + j]
     poses, axes, kinds, locked, offset = links
     p, jac = nose_and_jacobian(q - 0.5 * dt * dq - new[:, :n], poses, axes, kinds, locked, offset, True)
-    c, grad, steps = _gas(new, p, jac, dt, dq, numbers)
-    return new, _follow(new, c, grad, jac, steps, dt), steps
+    c, grad, steps = _field_at_nose(new, p, jac, dt, dq, numbers)
+    return new, _propagate_gas(new, c, grad, jac, steps, dt), steps
 
 
 @numba.njit(cache=True)
-def _gas(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers: Array) -> tuple[Array, Array, Array]:
+def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers: Array) -> tuple[Array, Array, Array]:
     """Concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the steps (k, 6) of lag and fluctuation."""
     r_ref, radius, rise, fall, gamma, t_ref, nose_u, stray, still = numbers
     k, n = x.shape[0], len(dq)
@@ -55,11 +55,11 @@ def _gas(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers: Array) -
         swing[i] = c[i] * np.sqrt(rarity_i[0] + (near * near + far * far) / (gamma * gamma))
         tau[i] = rise if c[i] + swing[i] * x[i, -1] > x[i, -2] else fall
         t[i] = r / (r_ref / t_ref + np.sqrt(speed2))
-    return c, grad, coupled(np.full(k, dt), tau, t, swing, gamma * gamma)
+    return c, grad, lagged_ou_steps(np.full(k, dt), tau, t, swing, gamma * gamma)
 
 
 @numba.njit(cache=True)
-def _follow(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt: float) -> Array:
+def _propagate_gas(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt: float) -> Array:
     """Lets f and m of x (k, N) follow, in place; F's rows of f (k, N)."""
     k, n = x.shape[0], jac.shape[2]
     rows = np.zeros(x.shape)
@@ -76,7 +76,7 @@ def _follow(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt: float
 
 
 @numba.njit(cache=True)
-def through(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
+def apply_transition(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
     """F a (N, p)."""
     out, half = a.copy(), 0.5 * dt * dt
     out[-2] = 0.0
@@ -94,7 +94,7 @@ def through(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
 
 
 @numba.njit(cache=True)
-def back(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
+def apply_transition_transposed(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
     """F' a (N,)."""
     out = a.copy()
     out[-2], out[-1] = 0.0, keep * a[-1]
@@ -107,15 +107,15 @@ def back(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
 
 
 @numba.njit(cache=True)
-def carried(cov: Array, row: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
+def propagate_covariance(cov: Array, row: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
     """F P F' + Q (N, N), symmetric to the bit."""
-    half = through(cov, row, step[2], dt, n)
-    out = through(half.T.copy(), row, step[2], dt, n)
-    return noisy(out, step, dt, n, walk, drift)
+    half = apply_transition(cov, row, step[2], dt, n)
+    out = apply_transition(half.T.copy(), row, step[2], dt, n)
+    return add_process_noise(out, step, dt, n, walk, drift)
 
 
 @numba.njit(cache=True)
-def noisy(cov: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
+def add_process_noise(cov: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
     """P + Q (N, N), symmetric to the bit; walk (2, N) is the variance per step and per second, drift that of the encoders' acceleration."""
     size = cov.shape[0]
     out = np.empty((size, size))
@@ -139,9 +139,9 @@ def noisy(cov: Array, step: Array, dt: float, n: int, walk: Array, drift: float)
 
 
 @numba.njit(cache=True)
-def predicted(
-    mean: Array, cov: Array, dt: float, q: Array, dq: Array, links: Links, numbers: Array, walk: Array, drift: float
+def predict(
+    mean: Array, cov: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: Array, walk: Array, drift: float
 ) -> tuple[Array, Array]:
     """x = f(x) (N,), P = F P F' + Q (N, N)."""
-    new, rows, steps = moved(mean.copy().reshape(1, -1), dt, q, dq, links, numbers)
-    return new[0], carried(cov, rows[0], steps[0], dt, len(q), walk, drift)
+    new, rows, steps = propagate(mean.copy().reshape(1, -1), dt, q, dq, links, numbers)
+    return new[0], propagate_covariance(cov, rows[0], steps[0], dt, len(q), walk, drift)

@@ -10,20 +10,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, Innovation, JointState, seconds
-from oio.estimators.joseph_update import conditioned, surprise, told
-from oio.estimators.propagation import Linear, predicted
-from oio.inference.state_space import Model
+from oio.estimators.joseph_update import innovation_of, scalar_measurement, update
+from oio.estimators.propagation import LinearizedStep, predict
+from oio.inference.state_space import StateSpace
 
-Since = tuple[JointState | GasReading, ...]
+Sensed = tuple[JointState | GasReading, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Windowed(Belief):
+class WindowedBelief(Belief):
     """A belief that remembers the window that it came of: where the window begins, what was sensed since, and the states (k, N) about
     which its k steps are linearised."""
 
     anchor: Belief
-    since: Since
+    since: Sensed
     path: Array
 
 
@@ -36,34 +36,34 @@ class Window:
     iterations: int
     settled_sigmas: float
 
-    def predict(self, model: Model, belief: Belief, joints: JointState) -> Windowed:
+    def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> WindowedBelief:
         """The prediction of the extended Kalman filter; a window that is full of steps is begun anew."""
-        begun, after = opened(belief), predicted(model, belief, joints)
+        begun, after = as_windowed(belief), predict(model, belief, joints)
         if len(begun.path) >= self.steps:
-            begun = opened(Belief(belief.t_ns, belief.mean, belief.cov))
+            begun = as_windowed(Belief(belief.t_ns, belief.mean, belief.cov))
         path = np.vstack([begun.path, belief.mean])
-        return Windowed(after.t_ns, after.mean, after.cov, begun.anchor, (*begun.since, joints), path)
+        return WindowedBelief(after.t_ns, after.mean, after.cov, begun.anchor, (*begun.since, joints), path)
 
-    def update(self, model: Model, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Belief, Innovation]:
+    def update(self, model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Belief, Innovation]:
         """Smooth the window with one more reading; when it holds enough of them, the oldest goes into the anchor."""
-        innovation = surprise(model, belief, reading, gate_nis)
+        innovation = innovation_of(model, belief, reading, gate_nis)
         if innovation.gated:
             return belief, innovation
-        begun = opened(belief)
+        begun = as_windowed(belief)
         since = (*begun.since, reading)
         passed, path = self._gone_through(model, begun.anchor, since, begun.path)
         last = passed.beliefs[-1]
         cut = self._cut(since)
         anchor = passed.beliefs[cut - 1] if cut else begun.anchor
         steps = sum(isinstance(sensed, JointState) for sensed in since[:cut])
-        return Windowed(last.t_ns, last.mean, last.cov, anchor, since[cut:], path[steps:]), innovation
+        return WindowedBelief(last.t_ns, last.mean, last.cov, anchor, since[cut:], path[steps:]), innovation
 
-    def _gone_through(self, model: Model, anchor: Belief, since: Since, path: Array) -> tuple["Passed", Array]:
+    def _gone_through(self, model: StateSpace, anchor: Belief, since: Sensed, path: Array) -> tuple["ForwardPass", Array]:
         """The last pass and the smoothed states (k, N). Gauss-Newton may run away: a pass that goes farther than the last one is undone."""
         passed, moved = None, np.inf
         for _ in range(self.iterations):
-            tried = forward(model, anchor, since, path)
-            smoothed = backward(tried, path)
+            tried = forward_pass(model, anchor, since, path)
+            smoothed = backward_pass(tried, path)
             before, moved = moved, tried.moved(smoothed - path)
             if passed is not None and moved >= before:
                 break
@@ -73,19 +73,19 @@ class Window:
         assert passed is not None
         return passed, path
 
-    def _cut(self, since: Since) -> int:
+    def _cut(self, since: Sensed) -> int:
         """How much of the window the anchor absorbs: up to the oldest reading, if there are enough."""
         readings = [i for i, sensed in enumerate(since) if isinstance(sensed, GasReading)]
         return readings[0] + 1 if len(readings) >= self.readings else 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Passed:
+class ForwardPass:
     """A forward pass: the belief after everything sensed, with the step or the row of H, innovation and gain that led there."""
 
     anchor: Belief
     beliefs: list[Belief]
-    causes: list[Linear | tuple[Array, float, Array]]  # (H (N,), y / S, K (N,))
+    causes: list[LinearizedStep | tuple[Array, float, Array]]  # (H (N,), y / S, K (N,))
 
     def before(self, i: int) -> Belief:
         """The belief before what was sensed as number i."""
@@ -93,42 +93,42 @@ class Passed:
 
     def moved(self, by: Array) -> float:
         """How far the states of the steps went (k, N), in standard deviations, at most."""
-        steps = [i for i, cause in enumerate(self.causes) if isinstance(cause, Linear)]
+        steps = [i for i, cause in enumerate(self.causes) if isinstance(cause, LinearizedStep)]
         ratios = [np.max(np.abs(b) / np.sqrt(np.diag(self.before(i).cov))) for i, b in zip(steps, by, strict=True)]
         return float(max(ratios, default=0.0))
 
 
-def opened(belief: Belief) -> Windowed:
+def as_windowed(belief: Belief) -> WindowedBelief:
     """The belief with its window; one that has none begins one."""
-    if isinstance(belief, Windowed):
+    if isinstance(belief, WindowedBelief):
         return belief
-    return Windowed(belief.t_ns, belief.mean, belief.cov, belief, (), np.zeros((0, len(belief.mean))))
+    return WindowedBelief(belief.t_ns, belief.mean, belief.cov, belief, (), np.zeros((0, len(belief.mean))))
 
 
-def forward(model: Model, anchor: Belief, since: Since, path: Array) -> Passed:
+def forward_pass(model: StateSpace, anchor: Belief, since: Sensed, path: Array) -> ForwardPass:
     """The Kalman filter over a window whose steps are linearised about `path` (k, N)."""
-    passed, linearised_at = Passed(anchor, [], []), iter(path)
+    passed, linearised_at = ForwardPass(anchor, [], []), iter(path)
     for i, sensed in enumerate(since):
         before = passed.before(i)
         if isinstance(sensed, JointState):
-            step = Linear.of(model, next(linearised_at), seconds(sensed.t_ns - before.t_ns), sensed)
+            step = LinearizedStep.of(model, next(linearised_at), seconds(sensed.t_ns - before.t_ns), sensed)
             passed.causes.append(step)
             passed.beliefs.append(Belief(sensed.t_ns, *step.forward(before.mean, before.cov)))
             continue
-        row, residual, r = told(model, before.mean, before.cov, sensed)
+        row, residual, r = scalar_measurement(model, before.mean, before.cov, sensed)
         to = before.cov @ row
         s = float(row @ to) + r
         passed.causes.append((row, residual / s, to / s))
-        passed.beliefs.append(Belief(sensed.t_ns, *conditioned(model, before.mean, before.cov, sensed)))
+        passed.beliefs.append(Belief(sensed.t_ns, *update(model, before.mean, before.cov, sensed)))
     return passed
 
 
-def backward(passed: Passed, path: Array) -> Array:
+def backward_pass(passed: ForwardPass, path: Array) -> Array:
     """Smoothed states (k, N) before each step: x - P lambda, the costate lambda carried back by F' and by every reading."""
     smoothed, costate, k = np.empty_like(path), np.zeros(path.shape[1]), len(path)
     for i in reversed(range(len(passed.causes))):
         cause, before = passed.causes[i], passed.before(i)
-        if isinstance(cause, Linear):
+        if isinstance(cause, LinearizedStep):
             costate, k = cause.back(costate), k - 1
             smoothed[k] = before.mean - before.cov @ costate
         else:

@@ -6,9 +6,9 @@ from filterpy.kalman import MerweScaledSigmaPoints
 from oio.core.errors import BadInput
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import condition
-from oio.estimators.sigma_points import propagated
-from oio.inference.state_space import Model
+from oio.estimators.joseph_update import gated_update
+from oio.estimators.sigma_points import propagate
+from oio.inference.state_space import StateSpace
 
 
 @settings
@@ -30,12 +30,12 @@ class Ukf:
             least = f"at least alpha^2 = {self.alpha**2:g}, or covariances turn negative"
             raise BadInput(f"Ukf.beta is {self.beta:g}, but it must be {least}. Type e.g. ekf.beta={max(2.0, self.alpha**2):g}.")
 
-    def predict(self, model: Model, belief: Belief, joints: JointState) -> Belief:
+    def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Propagate to the time of `joints`."""
         points = MerweScaledSigmaPoints(model.size, self.alpha, self.beta, self.kappa)
         zero = np.zeros(model.size)
-        return propagated(model, belief, joints, lambda c: points.sigma_points(zero, c), (points.Wm, points.Wc))
+        return propagate(model, belief, joints, lambda c: points.sigma_points(zero, c), (points.Wm, points.Wc))
 
-    def update(self, model: Model, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
+    def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Condition on one reading taken now."""
-        return condition(model, belief, reading, self.gate_nis)
+        return gated_update(model, belief, reading, self.gate_nis)

@@ -11,7 +11,7 @@ import yaml
 from oio.core.errors import BadInput
 from oio.core.records import Array, JointState
 from oio.kinematics.forward import nose_and_jacobian
-from oio.kinematics.model_loading import Chain, read_chain
+from oio.kinematics.model_loading import KinematicChain, load_chain
 from oio.log import read_attachment
 
 
@@ -19,7 +19,7 @@ from oio.log import read_attachment
 class Encoders:
     """An arm whose encoders are taken at their word; joints that do not move stay at `locked` (m,) rad."""
 
-    chain: Chain
+    chain: KinematicChain
     locked: Array
 
     @property
@@ -47,11 +47,11 @@ def encoders(path: Path, identity: dict[str, str]) -> Encoders | None:
     return Encoders(chain, locked) if locked is not None and chain.names[: len(moving)] == moving else None
 
 
-def _chain(mjcf: bytes) -> Chain:
+def _chain(mjcf: bytes) -> KinematicChain:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "arm.mjcf"
         file.write_bytes(mjcf)
-        return read_chain(file)
+        return load_chain(file)
 
 
 def _home(path: Path, joints: int) -> Array | None:

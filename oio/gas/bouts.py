@@ -14,7 +14,7 @@ from oio.core.settings import settings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Baseline:
+class ElementBaseline:
     """One element in clean air: mean and standard deviation of its readings y_0..y_{n-1}, the largest, and how many they are worth."""
 
     ppm: float
@@ -65,15 +65,15 @@ class BoutRule:
             )
         return self.window_by_dof[dof]
 
-    def threshold(self, baseline: Baseline) -> float:
+    def threshold(self, element_baseline: ElementBaseline) -> float:
         """What an element's reading above its own mean must exceed [ppm]."""
-        return baseline.highest_ppm - baseline.ppm if self.above == "max" else 3.0 * baseline.sigma_ppm
+        return element_baseline.highest_ppm - element_baseline.ppm if self.above == "max" else 3.0 * element_baseline.sigma_ppm
 
 
 class BoutDetector:
     """Feeds on readings, one at a time; the signal y is the average of the elements' latest readings above their baselines."""
 
-    def __init__(self, rule: BoutRule, k: int, baselines: tuple[Baseline, ...]) -> None:
+    def __init__(self, rule: BoutRule, k: int, baselines: tuple[ElementBaseline, ...]) -> None:
         self._rule, self._k, self._baselines = rule, k, baselines
         self._latest: list[float | None] = [None] * len(baselines)
         self._window: list[float] = []
@@ -104,7 +104,7 @@ class BoutDetector:
         return Bout(reading.t_ns, smoothed, delta, fired, float(np.std(self._window, ddof=1)))
 
 
-def baseline(ppm: Array, dt_s: float, tau_s: float, nominal_sigma_ppm: float) -> Baseline:
+def element_baseline(ppm: Array, dt_s: float, tau_s: float, nominal_sigma_ppm: float) -> ElementBaseline:
     """Baseline of one element from readings (n,) ppm taken every dt_s through a lag tau_s.
 
     The standard deviation is not taken below half the sensor's own noise: five readings on one count are luck, not silence.
@@ -113,7 +113,7 @@ def baseline(ppm: Array, dt_s: float, tau_s: float, nominal_sigma_ppm: float) ->
     white_share = min(nominal_sigma_ppm**2 / sigma**2, 1.0)  # electronics noise comes after the lag and is white
     n = len(ppm)
     worth = 1.0 / (white_share / n + (1.0 - white_share) / effective_samples(n, dt_s, tau_s))
-    return Baseline(float(np.mean(ppm)), sigma, float(np.max(ppm)), n, worth)
+    return ElementBaseline(float(np.mean(ppm)), sigma, float(np.max(ppm)), n, worth)
 
 
 def effective_samples(n: int, dt_s: float, tau_s: float) -> float:

@@ -11,8 +11,8 @@ from scipy.special import log_ndtr
 from oio.core.records import Array
 
 Flags = NDArray[np.bool_]
-FAR = 1e12  # variance of a reading that tells nothing, in those of its prediction
-SURE = 1e3  # standard deviations above the limit where it is a value like any other, to the last digits
+MAX_INFLATION = 1e12  # variance of a reading that tells nothing, in those of its prediction
+CERTAIN_SIGMAS = 1e3  # standard deviations above the limit where it is a value like any other, to the last digits
 TINY = 1e-150  # its square is still a number
 
 
@@ -35,7 +35,7 @@ def variance(miss: Array, sigma: Array, censored: Flags) -> Array:
     if not censored.any():
         return out
     ln_phi, hazard = _cut(miss[censored] / sigma[censored])
-    out[censored] *= np.clip(-2.0 * ln_phi / hazard**2, 1.0, FAR)
+    out[censored] *= np.clip(-2.0 * ln_phi / hazard**2, 1.0, MAX_INFLATION)
     return out
 
 
@@ -45,15 +45,15 @@ def _cut(a: Array) -> tuple[Array, Array]:
     return ln_phi, np.maximum(np.exp(-0.5 * a * a - ln_phi) / np.sqrt(2.0 * np.pi), TINY)
 
 
-def matched(miss: float, s: float, r: float) -> tuple[float, float]:
+def pseudo_measurement(miss: float, s: float, r: float) -> tuple[float, float]:
     """Residual [ppm] and R [ppm^2] that stand for a censored reading: predicted variance s = H P H' + r, limit minus prediction `miss`.
 
     Of a normal cut off above a = miss / sqrt(s): mean -sqrt(s) g, variance s (1 - g (g + a)), g = phi(a) / Phi(a). An update whose
     innovation has variance s / (g (g + a)) and value -sqrt(s) / (g + a) ends there.
     """
     a = miss / float(np.sqrt(s))
-    if a < -SURE:
+    if a < -CERTAIN_SIGMAS:
         return miss, r
     g = float(np.exp(-0.5 * a * a - log_ndtr(a)) / np.sqrt(2.0 * np.pi))
-    told = max(g * (g + a), 1.0 / FAR)
+    told = max(g * (g + a), 1.0 / MAX_INFLATION)
     return -float(np.sqrt(s)) * g / told, s / told - (s - r)

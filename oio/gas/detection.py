@@ -3,13 +3,13 @@
 import math
 
 from oio.core.records import Array, GasReading, JointState, seconds
-from oio.gas.bouts import Baseline
+from oio.gas.bouts import ElementBaseline
 
 
-class Whiff:
+class WhiffDetector:
     """Feeds on what is sensed in move after move. In clean air a sensor falls from where it was by exp(-t / fall_s)."""
 
-    def __init__(self, baselines: tuple[Baseline, ...], fall_s: float) -> None:
+    def __init__(self, baselines: tuple[ElementBaseline, ...], fall_s: float) -> None:
         self._baselines, self._fall_s = baselines, fall_s
         self._last: dict[int, tuple[float, float]] = {}  # of each element: when, and the signal [ppm]
         self._joints: JointState | None = None

@@ -28,18 +28,18 @@ class Fluctuation:
     gamma: float
     t_s: float
 
-    def height(self, field: "Field") -> Array:
+    def height(self, field: "MeanField") -> Array:
         """h (k,): how many times gamma the gas is uncertain in a field."""
         near, far = field.slope_m / field.r_m, field.stray * np.log(field.r_m / field.r_ref_m)
         return np.asarray(np.sqrt(field.rarity + (near**2 + far**2) / self.gamma**2))
 
-    def rate(self, field: "Field") -> Array:
+    def rate(self, field: "MeanField") -> Array:
         """1 / correlation time (k,) 1/s in a field."""
         return np.asarray((field.r_ref_m / self.t_s + field.speed_m_s) / field.r_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Field:
+class MeanField:
     """The mean field where the nose is: concentration (k,) ppm, rarity I (k,), distance r (k,) m, speed v of the nose (k,) m/s;
     n u_p [m], w, and r_ref [m]."""
 
@@ -53,11 +53,11 @@ class Field:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Along:
+class PathField:
     """The field along a path, dt (k,) s and lag tau (k,) s of its steps; and of every reading its place on the path (m,), its gain
     (m,) and its nominal variance (m,) ppm^2."""
 
-    field: Field
+    field: MeanField
     dt_s: Array
     tau_s: Array
     at: NDArray[np.int64]
@@ -66,7 +66,7 @@ class Along:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class White:
+class Whitened:
     """Rows made independent (m, p), and the variances that the filter expected (m,) ppm^2."""
 
     rows: Array
@@ -78,7 +78,7 @@ class White:
         return float(self.rows[:, 0] @ self.rows[:, 0] + np.sum(np.log(self.expected_ppm2)))
 
 
-def whiten(rows: Array, along: Along, noise: Fluctuation) -> White:
+def whiten(rows: Array, along: PathField, noise: Fluctuation) -> Whitened:
     """Rows (m, p) (residuals, Jacobians; all in ppm) through the whitening filter."""
     return Whitening(along, noise).of(rows, along.variance_ppm2)
 
@@ -86,20 +86,20 @@ def whiten(rows: Array, along: Along, noise: Fluctuation) -> White:
 class Whitening:
     """The filter along one path, made once for rows and variances of readings that come later."""
 
-    def __init__(self, along: Along, noise: Fluctuation) -> None:
+    def __init__(self, along: PathField, noise: Fluctuation) -> None:
         f = along.field
         self._along, self._noise = along, noise
         numbers = (f.slope_m, f.stray, f.r_ref_m, noise.gamma, noise.t_s)
-        self._steps = _steps(f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s, numbers)
+        self._steps = _lagged_ou_path(f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s, numbers)
 
-    def of(self, rows: Array, variance_ppm2: Array) -> White:
+    def of(self, rows: Array, variance_ppm2: Array) -> Whitened:
         """Rows (m, p) in ppm, of readings of nominal variance (m,) ppm^2."""
         white, along, noise = self._noise.scale * variance_ppm2, self._along, self._noise
-        return White(*filtered(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
+        return Whitened(*whitening_filter(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
 
 
 @numba.njit(cache=True)
-def coupled(dt: Array, tau: Array, t: Array, swing: Array, variance: float) -> Array:
+def lagged_ou_steps(dt: Array, tau: Array, t: Array, swing: Array, variance: float) -> Array:
     """Exact discretisation of  tau f' = swing m - f,  t m' = -m + noise (stationary variance of m given), per step (k, 6):
     phi = F00, F01, keep = F11, Q00 [ppm^2], Q01 [ppm], Q11.
 
@@ -107,13 +107,13 @@ def coupled(dt: Array, tau: Array, t: Array, swing: Array, variance: float) -> A
     """
     out = np.empty((len(dt), 6))
     for i in range(len(dt)):
-        couple(np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t[i]), dt[i], tau[i], t[i], swing[i], variance, out[i])
+        lagged_ou_step(np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t[i]), dt[i], tau[i], t[i], swing[i], variance, out[i])
     return out
 
 
 @numba.njit(cache=True)
-def couple(phi: float, keep: float, dt: float, tau: float, t: float, swing: float, variance: float, out: Array) -> None:
-    """One step (6,) of `coupled`, its decays exp(-dt / tau) and exp(-dt / t) given."""
+def lagged_ou_step(phi: float, keep: float, dt: float, tau: float, t: float, swing: float, variance: float, out: Array) -> None:
+    """One step (6,) of `lagged_ou_steps`, its decays exp(-dt / tau) and exp(-dt / t) given."""
     slower = t - tau
     to = swing * (phi * dt / tau if abs(slower) < 1e-6 * tau else (keep - phi) * t / slower)
     p11 = variance
@@ -126,27 +126,27 @@ def couple(phi: float, keep: float, dt: float, tau: float, t: float, swing: floa
 
 
 @numba.njit(cache=True)
-def _steps(
+def _lagged_ou_path(
     mean: Array, rarity: Array, r: Array, speed: Array, dt: Array, tau: Array, numbers: tuple[float, float, float, float, float]
 ) -> Array:
-    """`coupled` of a field, with the `height` and the `rate` of its fluctuations."""
+    """`lagged_ou_steps` of a field, with the `height` and the `rate` of its fluctuations."""
     slope, stray, r_ref, gamma, t_s = numbers
     out = np.empty((len(dt), 6))
     for i in range(len(dt)):
-        high, t = swing_of(mean[i], rarity[i], r[i], slope, stray, r_ref, gamma), r[i] / (r_ref / t_s + speed[i])
-        couple(np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t), dt[i], tau[i], t, high, gamma * gamma, out[i])
+        high, t = fluctuation_ppm(mean[i], rarity[i], r[i], slope, stray, r_ref, gamma), r[i] / (r_ref / t_s + speed[i])
+        lagged_ou_step(np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t), dt[i], tau[i], t, high, gamma * gamma, out[i])
     return out
 
 
 @numba.njit(cache=True)
-def swing_of(mean: float, rarity: float, r: float, slope: float, stray: float, r_ref: float, gamma: float) -> float:
+def fluctuation_ppm(mean: float, rarity: float, r: float, slope: float, stray: float, r_ref: float, gamma: float) -> float:
     """c h [ppm], see `Fluctuation.height`."""
     near, far = slope / r, stray * np.log(r / r_ref)
     return float(mean * np.sqrt(rarity + (near * near + far * far) / (gamma * gamma)))
 
 
 @numba.njit(cache=True)
-def filtered(rows: Array, at: NDArray[np.int64], steps: Array, variance: float, gain: Array, white: Array) -> tuple[Array, Array]:
+def whitening_filter(rows: Array, at: NDArray[np.int64], steps: Array, variance: float, gain: Array, white: Array) -> tuple[Array, Array]:
     """Rows (m, p) made independent, and the variances expected (m,); `variance` is the fluctuation's, `white` (m,) the readings'."""
     m, p = rows.shape
     out, expected = np.empty((m, p)), np.empty(m)

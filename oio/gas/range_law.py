@@ -16,16 +16,16 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
-from oio.gas.fluctuation import Field
+from oio.gas.fluctuation import MeanField
 
-AIRS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
+FORMS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
 LAW = 9  # parameters of the law: s (3), l, n, k (3), u
-PLAYS_MOST_M, STRAYS_MOST = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
-UNTOLD_U = 2.0  # of l about the largest reading seen (a factor of seven), where ln_strength_u is about a strength that was told
-LEAST_LN_PPM, MOST_LN_PPM = -20.0, 14.0  # of a strength that can be told; ln(1e6 ppm) is 13.8
+MAX_NOSE_JITTER_M, MAX_DISCREPANCY = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
+UNKNOWN_STRENGTH_U = 2.0  # of l about the largest reading seen (a factor of seven), where ln_strength_u is about a strength that was told
+MIN_LN_PPM, MAX_LN_PPM = -20.0, 14.0  # of a strength that can be told; ln(1e6 ppm) is 13.8
 _SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
-MOST = 50.0  # ln c is never more: exp of it is still a number
-_RAREST = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
+MAX_LN_C = 50.0  # ln c is never more: exp of it is still a number
+_MAX_LN_RARITY = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
 
 
 @settings
@@ -54,14 +54,14 @@ class RangeLaw:
 
     def check(self) -> None:
         """Refuse unknown airs and senseless laws."""
-        if self.air not in AIRS:
-            raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(AIRS[:-1])} or {AIRS[-1]}. Type range.air=all.")
+        if self.air not in FORMS:
+            raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(FORMS[:-1])} or {FORMS[-1]}. Type range.air=all.")
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
         self._check_strength()
-        in_range(self, nose_u_m=(1e-6, PLAYS_MOST_M), stray=(0, STRAYS_MOST), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
-        in_range(self, usual_nose_u_m=(0, PLAYS_MOST_M), usual_stray=(0, STRAYS_MOST), calm_evidence=(0, 1e6))
-        for key, low, high in (("nose_choices_m", 1e-6, PLAYS_MOST_M), ("stray_choices", 0.0, STRAYS_MOST)):
+        in_range(self, nose_u_m=(1e-6, MAX_NOSE_JITTER_M), stray=(0, MAX_DISCREPANCY), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
+        in_range(self, usual_nose_u_m=(0, MAX_NOSE_JITTER_M), usual_stray=(0, MAX_DISCREPANCY), calm_evidence=(0, 1e6))
+        for key, low, high in (("nose_choices_m", 1e-6, MAX_NOSE_JITTER_M), ("stray_choices", 0.0, MAX_DISCREPANCY)):
             choices = getattr(self, key)
             if not choices or not all(low <= choice <= high for choice in choices):
                 given = f"range.{key} is {list(choices)}"
@@ -69,8 +69,8 @@ class RangeLaw:
 
     def _check_strength(self) -> None:
         l = self.ln_strength
-        if l is not None and not LEAST_LN_PPM <= l <= MOST_LN_PPM:
-            allowed = f"{LEAST_LN_PPM:g} to {MOST_LN_PPM:g} or null: it is the natural logarithm of ppm"
+        if l is not None and not MIN_LN_PPM <= l <= MAX_LN_PPM:
+            allowed = f"{MIN_LN_PPM:g} to {MAX_LN_PPM:g} or null: it is the natural logarithm of ppm"
             raise BadInput(f"range.ln_strength is {l:g}, but it can be {allowed}. Type e.g. range.ln_strength=3.0, which is 20 ppm.")
 
     def strength(self, largest_ppm: float) -> float:
@@ -79,15 +79,15 @@ class RangeLaw:
 
     def untold(self) -> "RangeLaw":
         """The same law about another source, such as the beacon: its strength was not told."""
-        return self if self.ln_strength is None else replace(self, ln_strength=None, ln_strength_u=UNTOLD_U)
+        return self if self.ln_strength is None else replace(self, ln_strength=None, ln_strength_u=UNKNOWN_STRENGTH_U)
 
     def doubt(self, nose_u_m: float, stray: float) -> float:
         """What so calm a choice costs, in -2 ln L, against those that are not calmer than is usual."""
         return self.calm_evidence * ((nose_u_m < self.usual_nose_u_m) + (stray < self.usual_stray))
 
-    def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> Field:
+    def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> MeanField:
         """What fluctuations need to know of the mean field."""
-        return Field(c, rarity, r, speed_m_s, exponent * self.nose_u_m, self.stray, self.r_ref_m)
+        return MeanField(c, rarity, r, speed_m_s, exponent * self.nose_u_m, self.stray, self.r_ref_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,26 +118,26 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
     k = p.shape[0]
     c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
     for i in range(k):
-        c[i], distance[i], rarity[i] = law_at(p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2], theta, r_ref, radius, grad[i])
+        c[i], distance[i], rarity[i] = concentration_at(p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2], theta, r_ref, radius, grad[i])
     return c, grad, distance, rarity
 
 
 @numba.njit(cache=True)
-def law_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float, grad: Array) -> tuple[float, float, float]:
+def concentration_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float, grad: Array) -> tuple[float, float, float]:
     """c, r and rarity at one place d from the source, as `concentration` has them; the derivative of ln c goes to grad (LAW and more,)."""
     wx, wy, wz = theta[5], theta[6], theta[7]
     speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
-    ln_c, r2, ln_r, off_axis = shape(dx, dy, dz, theta, r_ref, radius)
+    ln_c, r2, ln_r, off_axis = log_concentration(dx, dy, dz, theta, r_ref, radius)
     r = np.sqrt(r2)
     radial = theta[4] / r2 + (speed - _SMOOTH_PER_M + theta[8]) / r
     grad[0], grad[1], grad[2] = dx * radial - wx, dy * radial - wy, dz * radial - wz
     grad[3], grad[4], grad[8] = 1.0, -ln_r, -r
     grad[5], grad[6], grad[7] = dx - r * wx / speed, dy - r * wy / speed, dz - r * wz / speed
-    return np.exp(min(ln_c, MOST)), r, np.exp(min(max(off_axis, 0.0), _RAREST))
+    return np.exp(min(ln_c, MAX_LN_C)), r, np.exp(min(max(off_axis, 0.0), _MAX_LN_RARITY))
 
 
 @numba.njit(cache=True)
-def shape(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float) -> tuple[float, float, float, float]:
+def log_concentration(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float) -> tuple[float, float, float, float]:
     """ln c, r^2, ln(r / r_ref) and |k| r - k.d at one place d from the source."""
     wx, wy, wz = theta[5], theta[6], theta[7]
     speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)

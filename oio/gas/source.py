@@ -41,14 +41,14 @@ class Source:
         return self.strength if self.strength > 0 else float(np.exp(self.strength_spread * rng.standard_normal()))
 
 
-def whole(arm: Arm) -> Arm:
+def unlocked(arm: Arm) -> Arm:
     """The same arm with every joint unlocked: a source is placed for the arm, whatever rung it uses."""
     return replace(arm, dof=max(arm.ladder))
 
 
 def reachable(arm: Arm, place: Array, near_m: float) -> bool:
     """Whether some pose of the whole arm brings the nose within near_m of the place, from one of the six sides."""
-    free = whole(arm)
+    free = unlocked(arm)
     offsets = 0.8 * near_m * np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, -1]], dtype=float)
     return any(free.reach(place + offset, free.home, 0.2 * near_m) is not None for offset in offsets)
 

@@ -24,7 +24,7 @@ class Delay:
     u_s: float
 
 
-def shifted(sniffs: Sniffs, delay_s: float, first_s: float = 0.0) -> Sniffs:
+def shift_path(sniffs: Sniffs, delay_s: float, first_s: float = 0.0) -> Sniffs:
     """The same readings, on a path that is `delay_s` later, with nodes at the readings. Those before the path, or before its beginning
     shifted by `first_s`, are left out."""
     if delay_s == 0.0 and first_s == 0.0:
@@ -40,7 +40,7 @@ def shifted(sniffs: Sniffs, delay_s: float, first_s: float = 0.0) -> Sniffs:
     )  # fmt: skip
 
 
-class Held:
+class JointDelayLine:
     """Joints on their way to the filter: held back for the delay, and stamped with the gas's time."""
 
     def __init__(self, delay_s: float) -> None:
@@ -57,7 +57,7 @@ class Held:
         due = self._until(reading.t_ns)
         if self._last is None or not self._waiting or self._last.t_ns == reading.t_ns:
             return due
-        self._last = _between(self._last, self._waiting[0], reading.t_ns)
+        self._last = _interpolated(self._last, self._waiting[0], reading.t_ns)
         return [*due, self._last]
 
     def _until(self, t_ns: int) -> list[JointState]:
@@ -68,7 +68,7 @@ class Held:
         return due
 
 
-def _between(a: JointState, b: JointState, t_ns: int) -> JointState:
+def _interpolated(a: JointState, b: JointState, t_ns: int) -> JointState:
     share = (t_ns - a.t_ns) / (b.t_ns - a.t_ns)
 
     def mixed(x: Array, y: Array) -> Array:

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.gas.fluctuation import Along, Fluctuation
+from oio.gas.fluctuation import Fluctuation, PathField
 from oio.gas.range_law import RangeLaw
 from oio.gas.trace import Sniffs
-from oio.inference.forward_model import Layout, Problem
-from oio.inference.likelihoods import fitted, minus_2_log_likelihoods
+from oio.inference.forward_model import ParameterLayout, Problem
+from oio.inference.likelihoods import fit_fluctuation, minus_2_log_likelihoods
 from oio.inference.map_fit import Fit, solve
-from oio.inference.model_selection import HELD, air_of, best, restricted
-from oio.inference.prior import Nominal, prior
+from oio.inference.model_selection import HELD_BY_FORM, hold_parameters, law_form, lowest_bic
+from oio.inference.prior import Nominal, nominal_prior
 from oio.kinematics.arm import Arm
 
 GUESS = 0.3  # gamma to begin with: too large loses a little, too small chases eddies
@@ -25,17 +25,17 @@ def beacon_problem(
     sniffs: Sniffs, arm: Arm, law: RangeLaw, nominal: Nominal, offsets: tuple[Array, Array], place: tuple[Array, float]
 ) -> Problem:
     """The fit with the source at place (3,) m, known to a standard uncertainty [m] per axis, and offsets (E,) ppm with theirs."""
-    mean, cov = prior(arm, law, nominal, *offsets)
+    mean, cov = nominal_prior(arm, law, nominal, *offsets)
     mean[:3] = place[0]
     cov[range(3), range(3)] = place[1] ** 2
     signal = sniffs.ppm - offsets[0][sniffs.element]
-    mean[Layout(arm.dof, nominal.elements).gain] = _gains(signal, sniffs.element, nominal)
+    mean[ParameterLayout(arm.dof, nominal.elements).gain] = _start_gains(signal, sniffs.element, nominal)
     first = sniffs.element == 0
     mean[3] = np.log(max(float(np.max(signal[first] if np.any(first) else signal)), nominal.sigma_ppm))
     return Problem(sniffs, arm, law, nominal.elements, nominal.rise_s, nominal.fall_s, mean, cov)
 
 
-def _gains(signal: Array, element: NDArray[np.int64], nominal: Nominal) -> Array:
+def _start_gains(signal: Array, element: NDArray[np.int64], nominal: Nominal) -> Array:
     """ln of how many times what the first element felt each element felt in all (E,): where a fit begins.
 
     Specimens differ by factors, and noise that grows with the signal forgives a fit any expectation that is much too large. An element
@@ -49,33 +49,33 @@ def _gains(signal: Array, element: NDArray[np.int64], nominal: Nominal) -> Array
 def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) -> Fit:
     """The fit with the air that the law names or that the evidence chooses, or begun `like` a fit of much the same data, with its air."""
     if like is not None:
-        return _settled(restricted(problem, air_of(like)), noise_scale, like)
-    airs = tuple(HELD) if problem.law.air == "evidence" else (problem.law.air,)
-    problems = [restricted(problem, air) for air in airs]
-    return best((p, _settled(p, noise_scale, _begun(p, noise_scale))) for p in problems)
+        return _alternate(hold_parameters(problem, law_form(like)), noise_scale, like)
+    airs = tuple(HELD_BY_FORM) if problem.law.air == "evidence" else (problem.law.air,)
+    problems = [hold_parameters(problem, air) for air in airs]
+    return lowest_bic((p, _alternate(p, noise_scale, _best_start(p, noise_scale))) for p in problems)
 
 
-def _begun(problem: Problem, noise_scale: float) -> Fit:
+def _best_start(problem: Problem, noise_scale: float) -> Fit:
     """Best of still air and WINDS winds by likelihood."""
     guess = Fluctuation(noise_scale, GUESS, problem.law.eddy_s)
-    return min((solve(problem, start, guess) for start in _winds(problem)), key=lambda f: f.chi2)
+    return min((solve(problem, start, guess) for start in _wind_starts(problem)), key=lambda f: f.chi2)
 
 
-def _settled(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
+def _alternate(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
     """What the readings say of the noise, and the answer, in turn."""
     for _ in range(ROUNDS):
         problem = replace(problem, law=fit.law)
         expected = problem.predict(fit.mean)
         residual = problem.residual(fit.mean, expected.ppm)
-        noise = fitted(residual, expected.along, noise_scale)
-        law = _strayed(problem, noise, residual, expected.along)
+        noise = fit_fluctuation(residual, expected.along, noise_scale)
+        law = _fit_discrepancy(problem, noise, residual, expected.along)
         if noise == fit.fluctuation and law == fit.law:
             break
         fit = solve(replace(problem, law=law), fit.mean, noise)
     return fit
 
 
-def _strayed(problem: Problem, noise: Fluctuation, residual: Array, along: Along) -> RangeLaw:
+def _fit_discrepancy(problem: Problem, noise: Fluctuation, residual: Array, along: PathField) -> RangeLaw:
     """The law with the free play and the straying that make the residuals (m,) likeliest.
 
     Calmer than is usual counts as such only on very strong evidence: a beacon's few minutes of moving gas do not tell little straying from
@@ -89,7 +89,7 @@ def _strayed(problem: Problem, noise: Fluctuation, residual: Array, along: Along
     return replace(law, nose_u_m=play, stray=stray)
 
 
-def _winds(problem: Problem) -> list[Array]:
+def _wind_starts(problem: Problem) -> list[Array]:
     starts = [problem.mean]
     if problem.cov[5, 5] < problem.law.wind_per_m_u**2:  # the wind is held
         return starts

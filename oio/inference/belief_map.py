@@ -9,9 +9,9 @@ from oio.gas.range_law import RangeLaw, Rssi
 from oio.gas.trace import Sniffs, Trace
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
-from oio.inference.prior import Knowledge, around
+from oio.inference.prior import Prior, forget_source
 from oio.inference.sampling import halton
-from oio.inference.trilateration import differenced
+from oio.inference.trilateration import linear_source
 from oio.kinematics.arm import Arm
 
 NO_SOURCE = -60.0  # ln strength of nothing at all
@@ -40,16 +40,16 @@ class BeliefMap:
         """An empty trace."""
         return Trace(self.path_period_s, self.limit)
 
-    def locate(self, sniffs: Sniffs, known: Knowledge, before: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
+    def locate(self, sniffs: Sniffs, known: Prior, before: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
         """Hypotheses for the source, best first, each with its covariance; at least one.
 
         Hypotheses `before` are followed, coarse places all over the nose's box are tried, and the mirror point of the best: noses that
         nearly lie in a plane leave two narrow minima, of which coarse places may find the wrong one only.
         """
-        problem, noise = problem_of(sniffs, known), known.model.fluctuation
+        problem, noise = search_problem(sniffs, known), known.model.fluctuation
         found = [solve(problem, start, noise) for start in self._starts(problem, known, before)]
-        mirror = mirrored(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
-        fits = sorted([*found, solve(problem, _as_told(problem, mirror), noise)], key=lambda fit: fit.chi2)
+        mirror = mirror_start(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
+        fits = sorted([*found, solve(problem, _clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
         kept: list[Fit] = []
         for fit in fits:
             distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.apart_m / 2 for other in kept)
@@ -57,17 +57,17 @@ class BeliefMap:
                 kept.append(fit)
         return tuple(kept)
 
-    def _starts(self, problem: Problem, known: Knowledge, before: tuple[Fit, ...]) -> list[Array]:
+    def _starts(self, problem: Problem, known: Prior, before: tuple[Fit, ...]) -> list[Array]:
         """Where hypotheses were, and the best of coarse places and the linear solution that lie apart, each with its best strength."""
         arm, weigh = known.model.arm, known.model.fluctuation
         low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
-        left = without_source(problem, problem.mean)
+        left = readings_without_source(problem, problem.mean)
         strongest = problem.sniffs.at[int(np.argmax(problem.residual(problem.mean, left)))]
         nose = problem.nose(problem.mean)
-        near = np.concatenate([self._shells(nose[strongest]), differenced(problem, nose)])
+        near = np.concatenate([self._shells(nose[strongest]), linear_source(problem, nose)])
         places = np.concatenate([low + halton(self.coarse) * (high - low), np.clip(near, low, high)])
         fresh = self.restarts if before else self.starts
-        tried = _ranked(problem, places, weigh.gamma, left, 4 * fresh)
+        tried = _rank_starts(problem, places, weigh.gamma, left, 4 * fresh)
         starts = [fit.mean for fit in before]
         for theta in sorted(tried, key=lambda theta: _minus_2_log_likelihood(problem, theta, weigh)):
             if len(starts) >= fresh + len(before):
@@ -85,19 +85,19 @@ class BeliefMap:
         return np.asarray(nose_m + np.multiply.outer(np.array(self.shells_m), directions).reshape(-1, 3))
 
 
-def _ranked(problem: Problem, places_m: Array, gamma: float, left: Array, count: int) -> Array:
-    """theta (count, P) of the best of sources at places (j, 3) m by least squares, each with its best strength: see `with_strength`."""
+def _rank_starts(problem: Problem, places_m: Array, gamma: float, left: Array, count: int) -> Array:
+    """theta (count, P) of the best of sources at places (j, 3) m by least squares, each with its best strength: see `fit_strength`."""
     thetas = np.repeat(problem.mean[None, :], len(places_m), axis=0)
     thetas[:, :3] = places_m
-    z, weight = _weighed(problem, problem.mean, gamma, left)
-    costs, more = problem.scaled(thetas, left, z, weight)
+    z, weight = _weighted_signal(problem, problem.mean, gamma, left)
+    costs, more = problem.grid_costs(thetas, left, z, weight)
     thetas[:, 3] += more
     thetas = thetas[np.argsort(costs, kind="stable")[:count]]
-    thetas[:, 3] += problem.scaled(thetas, left, z, weight)[1] if count else 0.0
-    return _as_told(problem, thetas)
+    thetas[:, 3] += problem.grid_costs(thetas, left, z, weight)[1] if count else 0.0
+    return _clip_strength(problem, thetas)
 
 
-def _as_told(problem: Problem, theta: Array) -> Array:
+def _clip_strength(problem: Problem, theta: Array) -> Array:
     """theta (..., P) with a strength that can be believed if it was told: fits that begin farther off run out of steps."""
     if problem.law.ln_strength is None:
         return theta
@@ -111,53 +111,53 @@ def _minus_2_log_likelihood(problem: Problem, theta: Array, noise: Fluctuation) 
     return whiten(problem.residual(theta, expected.ppm)[:, None], expected.along, noise).minus_2_log_likelihood
 
 
-def problem_of(sniffs: Sniffs, known: Knowledge) -> Problem:
+def search_problem(sniffs: Sniffs, known: Prior) -> Problem:
     """The fit of an unknown source; ln strength is as told, or anything about that of the largest reading at r_ref."""
     m, lay = known.model, known.layout
     above = (sniffs.ppm - known.mean[lay.baseline][sniffs.element]) / np.exp(known.mean[lay.gain])[sniffs.element]
     ln_strength = m.law.strength(max(float(np.max(above)), m.sigma_ppm))
-    mean, cov = around(known.mean, known.cov, m.arm, m.law, ln_strength)
+    mean, cov = forget_source(known.mean, known.cov, m.arm, m.law, ln_strength)
     factor = float(np.exp(known.mean[lay.tau]))
     return Problem(sniffs, m.arm, m.law, m.elements, m.rise_s / factor, m.fall_s / factor, mean, cov)
 
 
-def mirrored(problem: Problem, theta: Array, gamma: float) -> Array:
+def mirror_start(problem: Problem, theta: Array, gamma: float) -> Array:
     """theta (P,) with the source on the other side of the plane nearest to the noses, each weighed by what it expects to smell."""
     noses, weight = problem.nose(theta)[problem.sniffs.at], np.maximum(problem.expect(theta), 0.0) + 1e-12
     middle = weight @ noses / np.sum(weight)
     _, _, axes = np.linalg.svd(np.sqrt(weight)[:, None] * (noses - middle), full_matrices=False)
     there = np.array(theta)
     there[:3] -= 2.0 * float(axes[-1] @ (theta[:3] - middle)) * axes[-1]
-    return with_strength(problem, there, gamma, without_source(problem, there))[1]
+    return fit_strength(problem, there, gamma, readings_without_source(problem, there))[1]
 
 
-def without_source(problem: Problem, start: Array) -> Array:
+def readings_without_source(problem: Problem, start: Array) -> Array:
     """What is left in the readings (m,) ppm of the lag's beginning if there is no source at all."""
     nothing = np.array(start)
     nothing[3] = NO_SOURCE
     return problem.expect(nothing)
 
 
-def with_strength(problem: Problem, start: Array, gamma: float, left: Array) -> tuple[float, Array]:
+def fit_strength(problem: Problem, start: Array, gamma: float, left: Array) -> tuple[float, Array]:
     """theta (P,) with the ln strength of least squares, and the sum of squares; `left` (m,) is what does not scale with the strength.
 
     The rest does scale, but for which of rise and fall holds when, so the factor is found twice.
     """
     theta = np.array(start)[None, :]
-    z, weight = _weighed(problem, start, gamma, left)
+    z, weight = _weighted_signal(problem, start, gamma, left)
     for _ in range(2):
-        cost, more = problem.scaled(theta, left, z, weight)
+        cost, more = problem.grid_costs(theta, left, z, weight)
         theta[0, 3] += more[0]
     return float(cost[0]), theta[0]
 
 
-def _weighed(problem: Problem, theta: Array, gamma: float, left: Array) -> tuple[Array, Array]:
+def _weighted_signal(problem: Problem, theta: Array, gamma: float, left: Array) -> tuple[Array, Array]:
     """What the readings (m,) ppm are above what is `left`, and what each weighs."""
     z = problem.residual(theta, left)
     return z, 1.0 / (problem.sniffs.sigma_ppm**2 + (gamma * z) ** 2)
 
 
-def spheres_of(sniffs: Sniffs, law_fit: Fit, arm: Arm, law: RangeLaw, measurements: int) -> tuple[Array, Array]:
+def range_spheres(sniffs: Sniffs, law_fit: Fit, arm: Arm, law: RangeLaw, measurements: int) -> tuple[Array, Array]:
     """Spheres of the paper: nose places (k, 3) m and ranges (k,) m of `measurements` equal parts of the readings.
 
     The last third of each part, when the lag has passed, becomes an RSSI, the RSSI a range by the law of `law_fit`.

@@ -11,9 +11,9 @@ import numpy as np
 from oio.core.records import Array
 from oio.gas.fluctuation import whiten
 from oio.gas.trace import Sniffs
-from oio.inference.belief_map import problem_of, with_strength, without_source
-from oio.inference.forward_model import Layout, Problem
-from oio.inference.prior import Knowledge
+from oio.inference.belief_map import fit_strength, readings_without_source, search_problem
+from oio.inference.forward_model import ParameterLayout, Problem
+from oio.inference.prior import Prior
 
 NOTHING = 1e-12  # less information, of the prior's or of the best seen direction's, is rounding: the direction is open
 
@@ -30,26 +30,26 @@ class Bound:
         return float(np.sqrt(np.trace(self.cov)))
 
 
-def cramer_rao(sniffs: Sniffs, known: Knowledge, theta: Array) -> Bound:
+def cramer_rao(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
     """The bound at theta (P,) if nobody told where the source is, or how strong (Kay 1993, 3.9)."""
-    problem = problem_of(sniffs, known)
+    problem = search_problem(sniffs, known)
     prior = np.asarray(np.linalg.inv(problem.cov), dtype=np.float64)
     prior[:4, :] = prior[:, :4] = 0.0
     return _bound(problem, prior + _information(problem, known, theta))
 
 
-def van_trees(sniffs: Sniffs, known: Knowledge, theta: Array) -> Bound:
+def van_trees(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
     """The posterior bound with the information of one truth theta (P,): the whole prior counts, the source's box too."""
-    problem = problem_of(sniffs, known)
+    problem = search_problem(sniffs, known)
     return _bound(problem, np.linalg.inv(problem.cov) + _information(problem, known, theta))
 
 
-def posterior(sniffs: Sniffs, known: Knowledge, rng: np.random.Generator, draws: int) -> Bound:
+def posterior_cramer_rao(sniffs: Sniffs, known: Prior, rng: np.random.Generator, draws: int) -> Bound:
     """The posterior bound, (E[F(theta)] + P0^-1)^-1 with the mean over `draws` truths from the prior (Van Trees 1968, 2.4.3).
 
     The path stays the executed one, as if it had not been chosen for what was smelt, and the lag begins where the first reading had it.
     """
-    problem = problem_of(sniffs, known)
+    problem = search_problem(sniffs, known)
     root = np.linalg.cholesky(problem.cov)
     truths = problem.mean + rng.standard_normal((draws, len(root))) @ root.T
     mean = np.mean([_information(problem, known, theta) for theta in truths], axis=0)
@@ -58,11 +58,11 @@ def posterior(sniffs: Sniffs, known: Knowledge, rng: np.random.Generator, draws:
 
 def of_source(information: Array) -> Array:
     """F_s = F_ss - F_sn F_nn^-1 F_ns (3, 3): what is left of F (P, P) for the source when everything else has to be found too."""
-    s, n = Layout.source, slice(Layout.source.stop, len(information))
+    s, n = ParameterLayout.source, slice(ParameterLayout.source.stop, len(information))
     return np.asarray(information[s, s] - information[s, n] @ np.linalg.solve(information[n, n], information[n, s]))
 
 
-def _information(problem: Problem, known: Knowledge, theta: Array) -> Array:
+def _information(problem: Problem, known: Prior, theta: Array) -> Array:
     """Of the readings about theta, at theta (P, P); that their noise depends on theta too is left out."""
     expected = problem.predict(theta)
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows
@@ -78,9 +78,9 @@ def _bound(problem: Problem, information: Array) -> Bound:
     return Bound(scale[:3, None] * np.linalg.inv(left) * scale[:3])
 
 
-def at_truth(sniffs: Sniffs, known: Knowledge, theta: Array, source_m: Array) -> Array:
+def at_truth(sniffs: Sniffs, known: Prior, theta: Array, source_m: Array) -> Array:
     """theta with the source at its true place (3,) m and the strength that fits best there: where the bound is evaluated."""
     start = np.array(theta)
     start[:3] = source_m
-    problem = problem_of(sniffs, known)
-    return with_strength(problem, start, known.model.fluctuation.gamma, without_source(problem, start))[1]
+    problem = search_problem(sniffs, known)
+    return fit_strength(problem, start, known.model.fluctuation.gamma, readings_without_source(problem, start))[1]

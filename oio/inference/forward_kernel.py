@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.gas.range_law import LAW, law_at
-from oio.kinematics.adjoint import BLOCK, ROWS, Links, carried_back, carried_out
+from oio.gas.range_law import LAW, concentration_at
+from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
 
 Path = tuple[Array, Array, NDArray[np.int64], NDArray[np.int64]]  # t (k,) s, q (k, n) rad, of the readings: place on it and element (m,)
 
 
 @numba.njit(cache=True)
-def forward(
-    theta: Array, path: Path, first_ppm: float, links: Links, law: tuple[float, float], lag: tuple[float, float], want_rows: bool
+def predict_readings(
+    theta: Array, path: Path, first_ppm: float, links: AdjointChain, law: tuple[float, float], lag: tuple[float, float], want_rows: bool
 ) -> tuple[Array, Array, Array, Array, float]:
     """At theta (P,): readings without offsets (m,) ppm; their derivatives (m, P) with the offsets', if wanted; the gain of each (m,);
     along the path (6, k) c [ppm], rarity, r [m], speed of the nose [m/s], dt [s], tau [s]; the lagged concentration at its end [ppm].
@@ -32,7 +32,7 @@ def forward(
     gains, offsets, factor = np.exp(theta[width : width + elements]), theta[width + elements + 1 :], np.exp(theta[width + elements])
     h, rows, gain, along = np.empty(m), np.zeros((m if want_rows else 0, len(theta))), np.empty(m), np.empty((6, k))
     grad = np.empty((k if want_rows else BLOCK, LAW + n))
-    _smelt(theta, t, q, links, law, along, grad, want_rows)
+    _field_along_path(theta, t, q, links, law, along, grad, want_rows)
     e = element[0]
     start = max((first_ppm - offsets[e]) / gains[e], 0.0)
     f, df_tau, left, reading = start, 0.0, 1.0, 0
@@ -42,18 +42,18 @@ def forward(
         c0 = along[0, max(i - 1, 0)]
         tau = factor * (lag[0] if c > f else lag[1])
         along[5, i] = tau
-        phi, share, to_phi = held(dt, tau)
+        phi, share, to_phi = lag_step(dt, tau)
         w0, w1 = share - phi, 1.0 - share
         df_tau = phi * df_tau + f * to_phi - c * w0 + c0 * (w0 - to_phi)
         f = phi * f + w0 * c0 + w1 * c
         left *= phi if i > 0 else 1.0
         if want_rows:
-            _follow(df, before, grad[i], c, 0.5 * t[i] * t[i], phi, w0, w1, n, i == 0)
+            _lag_derivatives(df, before, grad[i], c, 0.5 * t[i] * t[i], phi, w0, w1, n, i == 0)
         while reading < m and at[reading] == i:
             g = gains[element[reading]]
             h[reading], gain[reading] = g * f, g
             if want_rows:
-                _told(rows[reading], df, g, g * f, g * df_tau, element[reading], elements)
+                _store_derivatives(rows[reading], df, g, g * f, g * df_tau, element[reading], elements)
                 if start > 0.0:  # of the lag's beginning (z_0 - b) / g so much is left
                     rows[reading, width + elements + 1 + e] -= g * left / gains[e]
                     rows[reading, width + e] -= g * left * start
@@ -64,7 +64,7 @@ def forward(
 
 
 @numba.njit(cache=True)
-def _told(row: Array, df: Array, gain: float, h: float, by_tau: float, element: int, elements: int) -> None:
+def _store_derivatives(row: Array, df: Array, gain: float, h: float, by_tau: float, element: int, elements: int) -> None:
     """A reading's derivatives (P,): by the law and the joints as `df` (width,) says, by the lag, by its element's gain and offset."""
     width = len(df)
     for j in range(width):
@@ -75,7 +75,7 @@ def _told(row: Array, df: Array, gain: float, h: float, by_tau: float, element: 
 
 
 @numba.njit(cache=True)
-def _smelt(theta: Array, t: Array, q: Array, links: Links, law: tuple[float, float], along: Array, grad: Array, want_rows: bool) -> None:
+def _field_along_path(theta: Array, t: Array, q: Array, links: AdjointChain, law: tuple[float, float], along: Array, grad: Array, want_rows: bool) -> None:
     """The first five rows of `along`, and the derivative of ln c by the law and by the joints' offsets (k, LAW + n), if wanted."""
     k, n = q.shape
     joints, turned, p = np.empty((n, BLOCK)), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK))
@@ -87,27 +87,27 @@ def _smelt(theta: Array, t: Array, q: Array, links: Links, law: tuple[float, flo
             i = min(begin + b, k - 1)  # the last block is filled up with the last point
             for j in range(n):
                 joints[j, b] = q[i, j] - theta[LAW + j] - 0.5 * t[i] * t[i] * theta[LAW + n + j]
-        carried_back(joints, links, turned, p)
+        forward_positions(joints, links, turned, p)
         for b in range(here):
             i = begin + b
             x, y, z, dt = p[0, b], p[1, b], p[2, b], t[i] - t[max(i - 1, 0)]
             if i == 0:
                 x0, y0, z0 = x, y, z
             row = grad[i if want_rows else b]
-            along[0, i], along[2, i], along[1, i] = law_at(x - theta[0], y - theta[1], z - theta[2], theta, law[0], law[1], row)
+            along[0, i], along[2, i], along[1, i] = concentration_at(x - theta[0], y - theta[1], z - theta[2], theta, law[0], law[1], row)
             slope[0, b], slope[1, b], slope[2, b] = row[0], row[1], row[2]
             along[3, i] = np.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2) / max(dt, 1e-9)
             along[4, i] = dt
             x0, y0, z0 = x, y, z
         if want_rows:
-            carried_out(slope, links, turned, by_q)  # d ln c / d o = grad_s . J: p falls as o grows
+            gradient_by_joints(slope, links, turned, by_q)  # d ln c / d o = grad_s . J: p falls as o grows
             for b in range(here):
                 for j in range(n):
                     grad[begin + b, LAW + j] = by_q[j, b]
 
 
 @numba.njit(cache=True)
-def held(dt: float, tau: float) -> tuple[float, float, float]:
+def lag_step(dt: float, tau: float) -> tuple[float, float, float]:
     """phi, (1 - phi) tau / dt = w0 + phi = 1 - w1, and d phi / d ln(tau) of one step."""
     x = max(dt, 1e-9) / tau
     phi = np.exp(-x)
@@ -115,7 +115,7 @@ def held(dt: float, tau: float) -> tuple[float, float, float]:
 
 
 @numba.njit(cache=True)
-def _follow(df: Array, before: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool) -> None:
+def _lag_derivatives(df: Array, before: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool) -> None:
     """df follows dc = c grad as f follows c; `before` is dc one step earlier. The drift of a joint is its offset, t^2 / 2 times."""
     size = len(grad)
     for j in range(size):

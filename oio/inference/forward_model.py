@@ -13,16 +13,16 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas import censored
-from oio.gas.fluctuation import Along
+from oio.gas.fluctuation import PathField
 from oio.gas.range_law import LAW, RangeLaw
 from oio.gas.trace import Sniffs
-from oio.inference.forward_kernel import forward
-from oio.inference.grid_search import scaled
+from oio.inference.forward_kernel import predict_readings
+from oio.inference.grid_search import grid_costs
 from oio.kinematics.arm import Arm
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class ParameterLayout:
     """Where each block of theta lies."""
 
     dof: int
@@ -61,18 +61,18 @@ class Layout:
         return slice(self.size - self.elements, self.size)
 
 
-_layout = functools.cache(Layout)
+_layout = functools.cache(ParameterLayout)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Expected:
+class Prediction:
     """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), or (0, P) if they are not wanted, the lagged
     concentration at the end of the path [ppm], and the mean field along the path."""
 
     ppm: Array
     rows: Array
     lagged_ppm: float
-    along: Along
+    along: PathField
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,16 +89,16 @@ class Problem:
     cov: Array
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> ParameterLayout:
         """Of theta."""
         return _layout(self.arm.dof, self.elements)
 
-    def predict(self, theta: Array, want_rows: bool = True) -> Expected:
+    def predict(self, theta: Array, want_rows: bool = True) -> Prediction:
         """Forward model at theta (P,), with its derivatives unless they are not wanted."""
         h, rows, gain, along, last = self._forward(theta, want_rows)
         c, rarity, r, speed, dt, tau = along
         field = self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
-        return Expected(h, rows, float(last), Along(field, dt, tau, self.sniffs.at, gain, self.variance(theta, h)))
+        return Prediction(h, rows, float(last), PathField(field, dt, tau, self.sniffs.at, gain, self.variance(theta, h)))
 
     def nose(self, theta: Array) -> Array:
         """Where the nose was along the path (k, 3) m."""
@@ -112,9 +112,9 @@ class Problem:
     def _forward(self, theta: Array, want_rows: bool) -> tuple[Array, Array, Array, Array, float]:
         sn, law = self.sniffs, self.law
         path, lag = (sn.t_s, sn.q, sn.at, sn.element), (self.rise_s, self.fall_s)
-        return forward(theta, path, sn.ppm[0], self.arm.moving, (law.r_ref_m, law.radius_m), lag, want_rows)
+        return predict_readings(theta, path, sn.ppm[0], self.arm.moving, (law.r_ref_m, law.radius_m), lag, want_rows)
 
-    def scaled(self, thetas: Array, left: Array, z: Array, weight: Array) -> tuple[Array, Array]:
+    def grid_costs(self, thetas: Array, left: Array, z: Array, weight: Array) -> tuple[Array, Array]:
         """Of thetas (j, P) that differ in source and strength alone: weighted sums of squares (j,) of readings (m,) that have `left` and z
         above it, with the strength of least squares; and how much greater than theirs its logarithm is (j,)."""
         sn, lay, law, theta = self.sniffs, self.layout, self.law, thetas[0]
@@ -122,7 +122,7 @@ class Problem:
         start = max(float((sn.ppm[0] - theta[lay.baseline][e]) / gains[e]), 0.0)
         dt, lag = np.diff(sn.t_s, prepend=sn.t_s[0]), (factor * self.rise_s, factor * self.fall_s)
         numbers = (law.r_ref_m, law.radius_m)
-        return scaled(thetas, self.nose(theta), dt, sn.at, gains[sn.element], start, numbers, lag, left, z, weight)
+        return grid_costs(thetas, self.nose(theta), dt, sn.at, gains[sn.element], start, numbers, lag, left, z, weight)
 
     def residual(self, theta: Array, h: Array) -> Array:
         """Readings minus expectation (m,) ppm; of a censored one what `oio.gas.censored` makes of it."""

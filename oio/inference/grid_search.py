@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.gas.range_law import MOST, shape
-from oio.inference.forward_kernel import held
+from oio.gas.range_law import MAX_LN_C, log_concentration
+from oio.inference.forward_kernel import lag_step
 
 
 @numba.njit(cache=True)
-def scaled(
+def grid_costs(
     thetas: Array, nose: Array, dt: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float],
     lag: tuple[float, float], left: Array, z: Array, weight: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
@@ -27,9 +27,9 @@ def scaled(
     steps = np.empty((len(dt), 2, 2))  # phi and w0 + phi of every step, for rise and fall
     for i in range(len(dt)):
         for j in range(2):
-            steps[i, j, 0], steps[i, j, 1], _ = held(dt[i], lag[j])
+            steps[i, j, 0], steps[i, j, 1], _ = lag_step(dt[i], lag[j])
     for j in range(len(thetas)):
-        _smelt(thetas[j], nose, at, gain, start, law, steps, h)
+        _expected_readings(thetas[j], nose, at, gain, start, law, steps, h)
         hz, hh, cost = 0.0, 0.0, 0.0
         for i in range(len(at)):
             h[i] -= left[i]
@@ -43,14 +43,14 @@ def scaled(
 
 
 @numba.njit(cache=True)
-def _smelt(
+def _expected_readings(
     theta: Array, nose: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float], steps: Array, h: Array
 ) -> None:
     """h (m,) ppm: the readings expected, without offsets."""
     f, c, reading = start, 0.0, 0
     for i in range(len(nose)):
-        ln_c, _, _, _ = shape(nose[i, 0] - theta[0], nose[i, 1] - theta[1], nose[i, 2] - theta[2], theta, law[0], law[1])
-        now = np.exp(min(ln_c, MOST))
+        ln_c, _, _, _ = log_concentration(nose[i, 0] - theta[0], nose[i, 1] - theta[1], nose[i, 2] - theta[2], theta, law[0], law[1])
+        now = np.exp(min(ln_c, MAX_LN_C))
         before, c = (c if i > 0 else now), now
         step = steps[i, 0 if c > f else 1]
         f = step[0] * f + (step[1] - step[0]) * before + (1.0 - step[1]) * c

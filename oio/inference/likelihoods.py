@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.gas.fluctuation import Along, Fluctuation, White, couple, filtered, swing_of
+from oio.gas.fluctuation import Fluctuation, PathField, Whitened, fluctuation_ppm, lagged_ou_step, whitening_filter
 
 GAMMAS = np.geomspace(0.005, 1.5, 18)
 TIMES_S = np.geomspace(0.1, 10.0, 10)
 
 
-def fitted(residual: Array, along: Along, scale: float) -> Fluctuation:
+def fit_fluctuation(residual: Array, along: PathField, scale: float) -> Fluctuation:
     """gamma and T of greatest likelihood of the residuals (m,) of a fit, on a grid; `scale` is that of the baseline."""
     shapes = [(along.field.slope_m, along.field.stray, float(gamma)) for gamma in GAMMAS]
     costs = minus_2_log_likelihoods(residual, along, scale, shapes, TIMES_S)
@@ -25,19 +25,19 @@ def fitted(residual: Array, along: Along, scale: float) -> Fluctuation:
     return Fluctuation(scale, float(GAMMAS[gamma]), float(TIMES_S[t_s]))
 
 
-def minus_2_log_likelihoods(residual: Array, along: Along, scale: float, shapes: list[tuple[float, float, float]], times_s: Array) -> Array:
+def minus_2_log_likelihoods(residual: Array, along: PathField, scale: float, shapes: list[tuple[float, float, float]], times_s: Array) -> Array:
     """-2 ln L (s, t), up to a constant, of residuals (m,) along a path, for shapes (n u_p [m], w, gamma) and times (t,) s."""
     f, squares = along.field, np.array([gamma**2 for _, _, gamma in shapes])
     path = f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s
     tried = np.array(shapes), squares, times_s, f.r_ref_m
-    rows, expected = _tried(np.ascontiguousarray(residual[:, None]), along.at, path, tried, along.gain, scale * along.variance_ppm2)
+    rows, expected = _whiten_all(np.ascontiguousarray(residual[:, None]), along.at, path, tried, along.gain, scale * along.variance_ppm2)
     m = len(residual)
     pairs = zip(rows.reshape(-1, m, 1), expected.reshape(-1, m), strict=True)
-    return np.array([White(*pair).minus_2_log_likelihood for pair in pairs]).reshape(len(shapes), len(times_s))
+    return np.array([Whitened(*pair).minus_2_log_likelihood for pair in pairs]).reshape(len(shapes), len(times_s))
 
 
 @numba.njit(cache=True)
-def _tried(
+def _whiten_all(
     column: Array, at: NDArray[np.int64], path: tuple[Array, Array, Array, Array, Array, Array],
     tried: tuple[Array, Array, Array, float], gain: Array, white: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
@@ -55,10 +55,10 @@ def _tried(
     for s in range(many):
         slope, stray, gamma = shapes[s]
         for j in range(k):
-            high[j] = swing_of(mean[j], rarity[j], r[j], slope, stray, r_ref, gamma)
+            high[j] = fluctuation_ppm(mean[j], rarity[j], r[j], slope, stray, r_ref, gamma)
         for i in range(lasting):
             for j in range(k):
-                couple(phi[j], keep[i, j], dt[j], tau[j], t[i, j], high[j], gamma * gamma, steps[j])
-            rows, ppm2 = filtered(column, at, steps, squares[s], gain, white)
+                lagged_ou_step(phi[j], keep[i, j], dt[j], tau[j], t[i, j], high[j], gamma * gamma, steps[j])
+            rows, ppm2 = whitening_filter(column, at, steps, squares[s], gain, white)
             out[s, i], expected[s, i] = rows[:, 0], ppm2
     return out, expected

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.fluctuation import Along, Fluctuation, Whitening
+from oio.gas.fluctuation import Fluctuation, PathField, Whitening
 from oio.gas.range_law import RangeLaw
-from oio.inference.forward_model import Expected, Layout, Problem
+from oio.inference.forward_model import ParameterLayout, Prediction, Problem
 
-STEPS = 20  # at most
-SETTLED = 8  # after so many steps the whitening is frozen, so that answer and weights cannot chase each other
-STEP2 = 2e-3  # squared posterior standard deviations
-FARTHEST = 2.0  # prior standard deviations that one step may go in one parameter
+MAX_STEPS = 20  # at most
+FREEZE_WHITENING_AFTER = 8  # after so many steps the whitening is frozen, so that answer and weights cannot chase each other
+NEWTON_DECREMENT = 2e-3  # squared posterior standard deviations
+MAX_STEP = 2.0  # prior standard deviations that one step may go in one parameter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,7 +23,7 @@ class Fit:
     """Answer of `solve`: mean and cov of theta, -2 ln posterior up to a constant, lagged mean concentration at the end of the trace;
     and what it was made with."""
 
-    layout: Layout
+    layout: ParameterLayout
     mean: Array
     cov: Array
     chi2: float
@@ -43,28 +43,28 @@ def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
     u: Array = np.asarray(np.linalg.solve(root, start - problem.mean), dtype=np.float64)
     damping, expected = 1e-3, problem.predict(problem.mean + root @ u)
     whitening, nothing = Whitening(expected.along, noise), np.eye(len(u))
-    for i in range(STEPS):
-        whitening = Whitening(expected.along, noise) if 0 < i < SETTLED else whitening
+    for i in range(MAX_STEPS):
+        whitening = Whitening(expected.along, noise) if 0 < i < FREEZE_WHITENING_AFTER else whitening
         both = np.concatenate([problem.residual(problem.mean + root @ u, expected.ppm)[:, None], expected.rows], axis=1)
         white = whitening.of(both, expected.along.variance_ppm2).rows
         rows, before = white[:, 1:] @ root, float(white[:, 0] @ white[:, 0] + u @ u)
         hessian, slope = rows.T @ rows + nothing, rows.T @ white[:, 0] - u
         step, damping, expected = _step(problem, (u, root, expected), whitening, (hessian, slope, before), damping)
         u = u + step
-        if step @ hessian @ step < STEP2:
+        if step @ hessian @ step < NEWTON_DECREMENT:
             break
     return _finished(problem, problem.mean + root @ u, root, noise, expected)
 
 
 def _step(
-    problem: Problem, at: tuple[Array, Array, Expected], whitening: Whitening, quadratic: tuple[Array, Array, float], damping: float
-) -> tuple[Array, float, Expected]:
+    problem: Problem, at: tuple[Array, Array, Prediction], whitening: Whitening, quadratic: tuple[Array, Array, float], damping: float
+) -> tuple[Array, float, Prediction]:
     """A step that lowers the cost, the damping to begin the next one with, and what is expected there; a step of zero if none does."""
     (u, root, here), (hessian, slope, before) = at, quadratic
     diagonal = np.diag(np.diag(hessian))
     while damping < 1e8:
         step = np.linalg.solve(hessian + damping * diagonal, slope)
-        step = step * min(1.0, FARTHEST / max(float(np.max(np.abs(step))), 1e-12))
+        step = step * min(1.0, MAX_STEP / max(float(np.max(np.abs(step))), 1e-12))
         theta = problem.mean + root @ (u + step)
         there = problem.predict(theta)  # with its derivatives: most tries are steps
         residual = problem.residual(theta, there.ppm)[:, None]
@@ -76,19 +76,19 @@ def _step(
     return np.zeros_like(u), damping, here
 
 
-def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation, expected: Expected) -> Fit:
+def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation, expected: Prediction) -> Fit:
     whitening, variance = Whitening(expected.along, noise), expected.along.variance_ppm2
     told = whitening.of(expected.rows, variance).rows
     rows = told @ root
     cov = root @ np.linalg.inv(rows.T @ rows + np.eye(len(theta))) @ root.T
-    cov[:3, :3] += strayed_m(problem, theta, told[:, :3], expected.along) ** 2 / 3.0 * np.eye(3)
+    cov[:3, :3] += discrepancy_m(problem, theta, told[:, :3], expected.along) ** 2 / 3.0 * np.eye(3)
     u = np.linalg.solve(root, theta - problem.mean)
     white = whitening.of(problem.residual(theta, expected.ppm)[:, None], variance)
     fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi has no density
     return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm), problem.law)
 
 
-def strayed_m(problem: Problem, theta: Array, told: Array, along: Along) -> float:
+def discrepancy_m(problem: Problem, theta: Array, told: Array, along: PathField) -> float:
     """How far [m] a plume that strays from its law displaces the source, however often it is sniffed at: d r = r d(ln c) / n.
 
     A plume strays by the same at the same place, so more sniffs there do not average it. `told` (m, 3) is what each reading tells of the

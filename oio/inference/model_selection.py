@@ -9,13 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from oio.gas.fluctuation import Along, Fluctuation
+from oio.gas.fluctuation import Fluctuation, PathField
 from oio.gas.range_law import LAW
-from oio.inference.forward_model import Layout, Problem
+from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.map_fit import Fit
 from oio.inference.prior import FIXED
 
-HELD: dict[str, dict[int, float]] = {  # place in theta and value of what a law holds: n = 1 is diffusion from a point, k = 0, u = 0
+HELD_BY_FORM: dict[str, dict[int, float]] = {  # place in theta and value of what a law holds: n = 1 is diffusion from a point, k = 0, u = 0
     "log_distance": {5: 0.0, 6: 0.0, 7: 0.0, 8: 0.0},
     "isotropic": {4: 1.0, 5: 0.0, 6: 0.0, 7: 0.0},
     "advection_diffusion": {4: 1.0, 8: 0.0},
@@ -24,23 +24,23 @@ HELD: dict[str, dict[int, float]] = {  # place in theta and value of what a law 
 HELD_BELOW = 1e-3  # a parameter whose standard deviation is below this was held
 
 
-def restricted(problem: Problem, air: str) -> Problem:
+def hold_parameters(problem: Problem, air: str) -> Problem:
     """The same problem with what this air holds known to FIXED."""
     mean, cov = np.array(problem.mean), np.array(problem.cov)
-    for place, value in HELD[air].items():
+    for place, value in HELD_BY_FORM[air].items():
         mean[place] = value
         cov[place, :] = cov[:, place] = 0.0
         cov[place, place] = FIXED**2
     return replace(problem, mean=mean, cov=cov)
 
 
-def air_of(fit: Fit) -> str:
+def law_form(fit: Fit) -> str:
     """The air that a fit was made with: what it held has no spread."""
-    held = {place for place in range(Layout.exponent, LAW) if fit.cov[place, place] < HELD_BELOW**2}
-    return next((air for air, places in HELD.items() if set(places) == held), "all")
+    held = {place for place in range(ParameterLayout.exponent, LAW) if fit.cov[place, place] < HELD_BELOW**2}
+    return next((air for air, places in HELD_BY_FORM.items() if set(places) == held), "all")
 
 
-def effective(along: Along, noise: Fluctuation) -> float:
+def effective_sample_size(along: PathField, noise: Fluctuation) -> float:
     """Effective number N of readings along a path, at most their number.
 
     A record of length D is worth D / 2 T independent readings (Bayley & Hammersley 1946); T, the integral time of the fluctuation through
@@ -54,10 +54,10 @@ def bic(problem: Problem, fit: Fit) -> float:
     """Bayesian information criterion of a fit of a restricted problem; the prior's part of the cost is no likelihood."""
     miss = fit.mean - problem.mean
     along = problem.predict(fit.mean).along
-    free = LAW - Layout.exponent - len(HELD[air_of(fit)])
-    return fit.chi2 - float(miss @ np.linalg.solve(problem.cov, miss)) + free * float(np.log(effective(along, fit.fluctuation)))
+    free = LAW - ParameterLayout.exponent - len(HELD_BY_FORM[law_form(fit)])
+    return fit.chi2 - float(miss @ np.linalg.solve(problem.cov, miss)) + free * float(np.log(effective_sample_size(along, fit.fluctuation)))
 
 
-def best(candidates: Iterable[tuple[Problem, Fit]]) -> Fit:
+def lowest_bic(candidates: Iterable[tuple[Problem, Fit]]) -> Fit:
     """The fit of the lowest BIC."""
     return min(candidates, key=lambda pair: bic(*pair))[1]

@@ -10,9 +10,9 @@ import numpy as np
 from oio.core.records import Array
 from oio.gas.fluctuation import whiten
 from oio.gas.trace import Sniffs
-from oio.inference.belief_map import problem_of
+from oio.inference.belief_map import search_problem
 from oio.inference.map_fit import Fit
-from oio.inference.prior import Knowledge
+from oio.inference.prior import Prior
 from oio.kinematics.arm import Arm
 
 AXES = ("bearing", "distance", "height", "strength")
@@ -20,20 +20,20 @@ NAMED = 0.3  # of an unseen direction of length 1: a smaller part is not named
 MOVES_WITH = 0.25  # of the strength's variance: so much of it goes with the direction, and the strength is named too
 THIN_M = 0.005  # a path that is thinner lies in a plane (or on a sphere): free play and drift make it as thick
 
-Twin = tuple[str, Array]
+Ambiguity = tuple[str, Array]
 
 
-def blind_spots(sniffs: Sniffs, known: Knowledge, hypotheses: tuple[Fit, ...], narrowed: float) -> tuple[str, ...]:
+def unobservable(sniffs: Sniffs, known: Prior, hypotheses: tuple[Fit, ...], narrowed: float) -> tuple[str, ...]:
     """Sentences for a verdict, none if all was seen; a posterior over prior standard deviation above `narrowed` counts as unseen."""
     best, arm = hypotheses[0], known.model.arm
     told = known.model.law.ln_strength is not None
     ratios, directions, shares = (_of_source if told else _of_both)(*_before_and_after(sniffs, known, best.mean))
     unseen = [_unseen(directions[:3, i], float(shares[i]), arm, told) for i in range(len(ratios)) if ratios[i] > narrowed]
-    pair = twin(arm.nose(sniffs.q[sniffs.at]), best.mean[:3])
-    return (*dict.fromkeys(unseen), *_alike(pair, best, arm), *_left(pair, hypotheses))
+    pair = ambiguous_point(arm.nose(sniffs.q[sniffs.at]), best.mean[:3])
+    return (*dict.fromkeys(unseen), *_describe_ambiguity(pair, best, arm), *_describe_hypotheses(pair, hypotheses))
 
 
-def narrowing(sniffs: Sniffs, known: Knowledge, theta: Array) -> tuple[Array, Array]:
+def narrowing(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
     """Posterior over prior standard deviation (4,), ascending, in directions (columns of (4, 4)) along AXES as seen from the shoulder."""
     return _ratios(*_before_and_after(sniffs, known, theta))
 
@@ -59,9 +59,9 @@ def _ratios(before: Array, after: Array) -> tuple[Array, Array]:
     return np.sqrt(np.maximum(values, 0.0)), directions
 
 
-def _before_and_after(sniffs: Sniffs, known: Knowledge, theta: Array) -> tuple[Array, Array]:
+def _before_and_after(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
     """Covariances (4, 4) along AXES, by the prior and with the readings."""
-    problem = problem_of(sniffs, known)
+    problem = search_problem(sniffs, known)
     expected, scale = problem.predict(theta), np.sqrt(np.diag(problem.cov))
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows * scale
     prior = problem.cov / np.outer(scale, scale)
@@ -95,7 +95,7 @@ def _remedy(arm: Arm) -> str:
     return f"add {' and '.join(arm.all_names[arm.dof : higher[0]])} (dof={higher[0]})"
 
 
-def twin(noses: Array, source: Array) -> Twin | None:
+def ambiguous_point(noses: Array, source: Array) -> Ambiguity | None:
     """What smells alike because the noses (m, 3) m lie in a plane or on a sphere, and where it is; None if they do not."""
     middle = noses.mean(axis=0)
     _, spread, across = np.linalg.svd(noses - middle, full_matrices=False)
@@ -110,7 +110,7 @@ def twin(noses: Array, source: Array) -> Twin | None:
     return "inverse", centre + float(np.mean(r)) ** 2 * d / max(float(d @ d), 1e-12)
 
 
-def _alike(pair: Twin | None, best: Fit, arm: Arm) -> tuple[str, ...]:
+def _describe_ambiguity(pair: Ambiguity | None, best: Fit, arm: Arm) -> tuple[str, ...]:
     """The twin, unless it lies within the region of the source itself."""
     if pair is None or np.linalg.norm(pair[1] - best.mean[:3]) < np.sqrt(np.trace(best.cov[:3, :3])):
         return ()
@@ -121,7 +121,7 @@ def _alike(pair: Twin | None, best: Fit, arm: Arm) -> tuple[str, ...]:
     return (f"the {kind} point {_place(place)} on the other side of {surface} of the nose's path smells alike{ruled}: {_remedy(arm)}.",)
 
 
-def _left(pair: Twin | None, hypotheses: tuple[Fit, ...]) -> tuple[str, ...]:
+def _describe_hypotheses(pair: Ambiguity | None, hypotheses: tuple[Fit, ...]) -> tuple[str, ...]:
     """Every hypothesis beside the best, and whether it is the twin."""
     best, out = hypotheses[0].mean[:3], list[str]()
     for other in (fit.mean[:3] for fit in hypotheses[1:]):

@@ -7,10 +7,10 @@ import numpy as np
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.gas.fluctuation import Fluctuation
-from oio.gas.range_law import PLAYS_MOST_M, STRAYS_MOST, RangeLaw
-from oio.inference.forward_model import Layout
+from oio.gas.range_law import MAX_DISCREPANCY, MAX_NOSE_JITTER_M, RangeLaw
+from oio.inference.forward_model import ParameterLayout
 from oio.inference.map_fit import Fit
-from oio.inference.state_space import Model, Wander
+from oio.inference.state_space import ProcessNoise, StateSpace
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
 
@@ -18,18 +18,18 @@ FIXED = 1e-6  # standard deviation, in each parameter's unit, of what is taken a
 
 
 @dataclass(frozen=True, eq=False)
-class Knowledge:
+class Prior:
     """A prior of the batch parameters (mean (P,), cov (P, P)), and the model that the filter goes on with."""
 
     mean: Array
     cov: Array
-    model: Model
+    model: StateSpace
     delay_s: float = 0.0  # how late readings are stamped: see `oio.gas.timing`
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> ParameterLayout:
         """Of mean and cov."""
-        return Layout(self.model.arm.dof, self.model.elements)
+        return ParameterLayout(self.model.arm.dof, self.model.elements)
 
 
 @settings
@@ -53,10 +53,10 @@ class Nominal:
         in_range(self, delay_s=(0.0, 10.0), delay_u_s=(0.0, 10.0))
 
 
-def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
-    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `around`): one that was told
+def nominal_prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
+    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `forget_source`): one that was told
     is that of the source to be found, and the first fit is of the beacon."""
-    lay = Layout(arm.dof, nominal.elements)
+    lay = ParameterLayout(arm.dof, nominal.elements)
     mean, sd = np.zeros(lay.size), np.zeros(lay.size)
     mean[lay.exponent], sd[lay.exponent] = law.exponent, law.exponent_u
     sd[lay.wind] = law.wind_per_m_u, law.wind_per_m_u, law.lift_per_m_u
@@ -67,10 +67,10 @@ def prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: 
     sd[lay.gain.start] = FIXED  # the first element is the scale; the strength takes up its gain
     sd[lay.tau] = nominal.tau_u
     mean[lay.baseline], sd[lay.baseline] = offsets, offsets_u
-    return around(mean, np.diag(sd**2), arm, law.untold())
+    return forget_source(mean, np.diag(sd**2), arm, law.untold())
 
 
-def around(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:
+def forget_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:
     """The same prior with the source forgotten: anywhere in the nose's box (a rectangle per axis), ln strength about `ln_strength`."""
     low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
     mean, cov = np.array(mean), np.array(cov)
@@ -81,20 +81,20 @@ def around(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float 
     return mean, cov
 
 
-def cold(arm: Arm, law: RangeLaw, wander: Wander, nominal: Nominal) -> Knowledge:
+def cold_prior(arm: Arm, law: RangeLaw, wander: ProcessNoise, nominal: Nominal) -> Prior:
     """The same filter without calibration: nominal range law, unit gains, nominal lag and offsets, data-sheet noise."""
     offsets = np.full(nominal.elements, nominal.background_ppm)
     fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED, thinning_per_m_u=FIXED)
     figures = replace(nominal, gain_u=FIXED, tau_u=FIXED)
-    mean, cov = prior(arm, fixed, figures, offsets, np.full(nominal.elements, nominal.accuracy_ppm))
-    model = Model(
+    mean, cov = nominal_prior(arm, fixed, figures, offsets, np.full(nominal.elements, nominal.accuracy_ppm))
+    model = StateSpace(
         arm, law, wander, nominal.rise_s, nominal.fall_s, (1.0,) * nominal.elements,
         Fluctuation(1.0, law.gamma, law.eddy_s), nominal.sigma_ppm, Noise.nominal(),
     )  # fmt: skip
-    return Knowledge(mean, cov, model, nominal.delay_s)
+    return Prior(mean, cov, model, nominal.delay_s)
 
 
-def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Noise) -> Knowledge:
+def calibrated_prior(fit: Fit, arm: Arm, wander: ProcessNoise, nominal: Nominal, noise: Noise) -> Prior:
     """What the fit on the known source taught, but for the source itself.
 
     Where the repeats missed by more than their covariances said, all that a reading may stray by is inflated alike: the next source is
@@ -102,11 +102,11 @@ def calibrated(fit: Fit, arm: Arm, wander: Wander, nominal: Nominal, noise: Nois
     """
     more = float(np.sqrt(noise.inflation))
     fl = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=more * fit.fluctuation.gamma)
-    stray, nose_u_m = min(more * fit.law.stray, STRAYS_MOST), min(more * fit.law.nose_u_m, PLAYS_MOST_M)
+    stray, nose_u_m = min(more * fit.law.stray, MAX_DISCREPANCY), min(more * fit.law.nose_u_m, MAX_NOSE_JITTER_M)
     law = replace(fit.law, stray=stray, nose_u_m=nose_u_m)
-    mean, cov = around(fit.mean, noise.inflation * fit.cov, arm, fit.law)
+    mean, cov = forget_source(fit.mean, noise.inflation * fit.cov, arm, fit.law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))
-    model = Model(arm, law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
-    return Knowledge(mean, cov, model, nominal.delay_s)
+    model = StateSpace(arm, law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
+    return Prior(mean, cov, model, nominal.delay_s)

@@ -15,7 +15,7 @@ import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, JointState, seconds
 from oio.core.settings import settings
-from oio.gas.fluctuation import Fluctuation, coupled
+from oio.gas.fluctuation import Fluctuation, lagged_ou_steps
 from oio.gas.range_law import LAW, RangeLaw, concentration
 from oio.inference.map_fit import Fit
 from oio.inference.uncertainty import Noise
@@ -23,7 +23,7 @@ from oio.kinematics.arm import Arm
 
 
 @settings
-class Wander:
+class ProcessNoise:
     """How fast things that are nearly constant may change: densities of random walks."""
 
     offset_deg_sqrt_s: float  # of the joint offsets: the free play turns over [deg / sqrt(s)]
@@ -36,12 +36,12 @@ class Wander:
 
 
 @dataclass(frozen=True)
-class Model:
+class StateSpace:
     """Everything a filter needs to know; immutable."""
 
     arm: Arm
     law: RangeLaw
-    wander: Wander
+    wander: ProcessNoise
     rise_s: float
     fall_s: float
     gain: tuple[float, ...]
@@ -124,7 +124,7 @@ class Model:
         field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + 4]))
         swing = c * fl.height(field)
         tau = np.array([self.rise_s if c[0] + swing[0] * x[m] > x[i] else self.fall_s])
-        step = coupled(np.array([dt_s]), tau, 1.0 / fl.rate(field), swing, fl.gamma**2)[0]
+        step = lagged_ou_steps(np.array([dt_s]), tau, 1.0 / fl.rate(field), swing, fl.gamma**2)[0]
         phi, to, keep = step[:3]
         new[i] = phi * x[i] + (1.0 - phi) * c[0] + to * x[m]
         new[m] = keep * x[m]

@@ -75,7 +75,7 @@ def vertex(centres: Array, radii: Array) -> Array:
     return np.asarray(np.linalg.lstsq(rows, right, rcond=None)[0])
 
 
-def unknown_strength(centres: Array, ratios: Array) -> Array:
+def vertex_unknown_strength(centres: Array, ratios: Array) -> Array:
     """The point (3,) m of k >= 5 spheres of which only the ratios rho (k,) of the radii are known, r_i^2 = kappa rho_i^2, by differencing:
     2 (p_i - p_0).s + kappa (rho_i^2 - rho_0^2) = |p_i|^2 - |p_0|^2, linear in s and kappa.
 
@@ -98,7 +98,7 @@ def unknown_strength(centres: Array, ratios: Array) -> Array:
     return np.asarray(answer[:3] / scale)
 
 
-def differenced(problem: Problem, nose_m: Array) -> Array:
+def linear_source(problem: Problem, nose_m: Array) -> Array:
     """Where the readings' differenced spheres meet, (1, 3) m, or nothing (0, 3): a start for the fit, biased, which costs one small solve.
 
     The sensor's lag is undone by c + tau dc/dt; `nose_m` (k, 3) is the nose along the path. rho = c^(-1/n).
@@ -115,12 +115,12 @@ def differenced(problem: Problem, nose_m: Array) -> Array:
     heard = c > HEARD * sn.sigma_ppm[first]
     try:
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # ranges that are no numbers are not observable
-            return unknown_strength(nose_m[sn.at[first]][heard], c[heard] ** (-1.0 / theta[lay.exponent]))[None, :]
+            return vertex_unknown_strength(nose_m[sn.at[first]][heard], c[heard] ** (-1.0 / theta[lay.exponent]))[None, :]
     except NotObservable:
         return np.empty((0, 3))
 
 
-def dilution(centres: Array, source: Array) -> float:
+def dilution_of_precision(centres: Array, source: Array) -> float:
     """Geometric dilution of precision of log-ranging with unknown strength: sqrt(tr (G'G)^-1 of the source) [m per unit of ln C].
 
     Rows G_i = (-d_i / r_i^2, 1); infinite if the geometry cannot tell.

@@ -6,7 +6,7 @@ import numpy as np
 
 from oio.core.records import Array
 
-STILL_M2_S = 1e-10  # process noise of a source that stands still, for the numerics [m^2/s]
+STATIC_SOURCE_Q_M2_S = 1e-10  # process noise of a source that stands still, for the numerics [m^2/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ def type_b(miss_m: float, moves: int) -> float:
     return 2.0 * miss_m / float(np.sqrt(moves))
 
 
-def localisation(misses_m: Array, nees: Array, moves: int) -> TypeB:
+def type_b_of_repeats(misses_m: Array, nees: Array, moves: int) -> TypeB:
     """Type B from the misses (n,) m of n repeats with `moves` moves each, and their NEES (n,) under the covariances of their fits."""
     paper = float(np.mean([type_b(v, moves) for v in misses_m]))
     nu = 3 * len(misses_m)
@@ -69,10 +69,10 @@ class Noise:
     @staticmethod
     def nominal() -> "Noise":
         """What holds before any Type B is known: R is that of a fresh reading, the source stands still."""
-        return Noise("gum", source_q_m2=STILL_M2_S, r_ppm2=None, source_p0_m2=0.0, measurements=1, inflation=1.0)
+        return Noise("gum", source_q_m2=STATIC_SOURCE_Q_M2_S, r_ppm2=None, source_p0_m2=0.0, measurements=1, inflation=1.0)
 
 
-def assemble(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
+def assemble_q_r(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
     """Q and R from the two uncertainties.
 
     `gum`: u_b says how far the map's vertex is off, so its RMS over repeats enters P0 of the source (a third per axis, and less for a map
@@ -83,7 +83,7 @@ def assemble(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
         return Noise(assembly, source_q_m2=type_b.u_b_m, r_ppm2=u_a_ppm, source_p0_m2=0.0, measurements=1, inflation=1.0)
     return Noise(
         "gum",
-        source_q_m2=STILL_M2_S,
+        source_q_m2=STATIC_SOURCE_Q_M2_S,
         r_ppm2=None,
         source_p0_m2=type_b.rms_m**2 / 3.0,
         measurements=type_b.moves + 1,

@@ -13,24 +13,24 @@ from numpy.typing import NDArray
 from oio.core.records import Array
 from oio.kinematics.forward import SLIDE
 
-TURN, TURN_REST = 6.283185307179586, 2.4492935982947064e-16  # 2 pi
+TWO_PI, TWO_PI_REST = 6.283185307179586, 2.4492935982947064e-16  # 2 pi
 BLOCK = 32
 ROWS = 5  # of a joint: sin, cos, and the slope of the point by the joint, before P
-Links = tuple[Array, Array, Array]  # P (n, 9), w and place and whether it slides (n, 7), the nose in the frame of the last joint (3,)
+AdjointChain = tuple[Array, Array, Array]  # P (n, 9), w and place and whether it slides (n, 7), the nose in the frame of the last joint (3,)
 
 
-def links_of(poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array, n: int) -> Links:
+def adjoint_chain(poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array, n: int) -> AdjointChain:
     """Of a chain as `nose_and_jacobian` takes it, the n joints that move; the others are locked and only carry the nose along."""
     turns = np.ascontiguousarray(poses[:, :3, :3]).reshape(-1, 9)
     others = np.column_stack([axes, poses[:, :3, 3], np.asarray(kinds == SLIDE, dtype=np.float64)])
     joints, nose = np.repeat(np.asarray(locked[n:], dtype=np.float64)[:, None], BLOCK, axis=1), np.empty((3, BLOCK))
-    carried_back(joints, (turns[n:], others[n:], np.asarray(offset, dtype=np.float64)), np.empty((len(joints), ROWS, BLOCK)), nose)
+    forward_positions(joints, (turns[n:], others[n:], np.asarray(offset, dtype=np.float64)), np.empty((len(joints), ROWS, BLOCK)), nose)
     return turns[:n].copy(), others[:n].copy(), nose[:, 0].copy()
 
 
 @numba.njit(cache=True)
-def carried_back(q: Array, links: Links, joints: Array, p: Array) -> None:
-    """The nose p (3, BLOCK) in the base frame for joints q (n, BLOCK); what `carried_out` wants goes to `joints` (n, ROWS, BLOCK)."""
+def forward_positions(q: Array, links: AdjointChain, joints: Array, p: Array) -> None:
+    """The nose p (3, BLOCK) in the base frame for joints q (n, BLOCK); what `gradient_by_joints` wants goes to `joints` (n, ROWS, BLOCK)."""
     turns, axes, nose = links
     for a in range(3):
         p[a] = nose[a]
@@ -43,23 +43,23 @@ def carried_back(q: Array, links: Links, joints: Array, p: Array) -> None:
             at[0], at[1] = 0.0, 1.0
         else:
             _sin_cos(q[j], at)
-            _turn(p, at, w[0], w[1], w[2])
+            _rotate(p, at, w[0], w[1], w[2])
         t = turns[j]
-        _place(p, t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8], w[3], w[4], w[5])
+        _transform(p, t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8], w[3], w[4], w[5])
 
 
 @numba.njit(cache=True)
-def carried_out(gradient: Array, links: Links, joints: Array, by_q: Array) -> None:
+def gradient_by_joints(gradient: Array, links: AdjointChain, joints: Array, by_q: Array) -> None:
     """by_q (n, BLOCK) = g' dp/dq of gradients g (3, BLOCK) in the base frame, which end in the frame of the nose."""
     turns, axes, _ = links
     for j in range(len(turns)):
         t, w, at = turns[j], axes[j], joints[j]
-        _place(gradient, t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8], 0.0, 0.0, 0.0)
-        _turn_back(gradient, at, w[0], w[1], w[2], by_q[j])
+        _transform(gradient, t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8], 0.0, 0.0, 0.0)
+        _rotate_back(gradient, at, w[0], w[1], w[2], by_q[j])
 
 
 @numba.njit(cache=True)
-def _turn(p: Array, at: Array, wx: float, wy: float, wz: float) -> None:
+def _rotate(p: Array, at: Array, wx: float, wy: float, wz: float) -> None:
     """p = R p, and dp / dq to the last rows of `at`."""
     for k in range(BLOCK):
         x, y, z, s, c = p[0, k], p[1, k], p[2, k], at[0, k], at[1, k]
@@ -72,7 +72,7 @@ def _turn(p: Array, at: Array, wx: float, wy: float, wz: float) -> None:
 
 
 @numba.njit(cache=True)
-def _turn_back(p: Array, at: Array, wx: float, wy: float, wz: float, by_q: Array) -> None:
+def _rotate_back(p: Array, at: Array, wx: float, wy: float, wz: float, by_q: Array) -> None:
     """by_q = p' dp/dq, p = R' p."""
     for k in range(BLOCK):
         x, y, z, s, c = p[0, k], p[1, k], p[2, k], at[0, k], at[1, k]
@@ -85,7 +85,7 @@ def _turn_back(p: Array, at: Array, wx: float, wy: float, wz: float, by_q: Array
 
 
 @numba.njit(cache=True)
-def _place(
+def _transform(
     p: Array, a: float, b: float, c: float, d: float, e: float, f: float, g: float, h: float, i: float, x0: float, y0: float, z0: float
 ) -> None:
     """p = p_0 + P p."""
@@ -100,7 +100,7 @@ def _sin_cos(x: Array, out: Array) -> None:
     quarter of the angle, doubled twice. The library's own take one number at a time, and longer than all the rest."""
     for k in range(BLOCK):
         turn = np.floor(x[k] * (0.5 / np.pi) + 0.5)
-        y = 0.25 * (x[k] - turn * TURN - turn * TURN_REST)
+        y = 0.25 * (x[k] - turn * TWO_PI - turn * TWO_PI_REST)
         y2 = y * y
         s = 1 / 362880 + y2 * (-1 / 39916800 + y2 * (1 / 6227020800 - y2 / 1307674368000))
         s = y + y * y2 * (-1 / 6 + y2 * (1 / 120 + y2 * (-1 / 5040 + y2 * s)))

@@ -10,11 +10,11 @@ from oio.core.errors import BadInput
 from oio.core.folders import ROOT
 from oio.core.records import Array
 from oio.core.settings import settings
-from oio.kinematics.adjoint import Links, links_of
+from oio.kinematics.adjoint import AdjointChain, adjoint_chain
 from oio.kinematics.forward import nose_and_jacobian
 from oio.kinematics.homing import Homing
-from oio.kinematics.inverse import reached
-from oio.kinematics.model_loading import Chain, read_chain
+from oio.kinematics.inverse import solve_positions
+from oio.kinematics.model_loading import KinematicChain, load_chain
 
 
 @settings
@@ -68,8 +68,8 @@ class Arm:
         return path
 
     @cached_property
-    def _chain(self) -> Chain:
-        return read_chain(self.path)
+    def _chain(self) -> KinematicChain:
+        return load_chain(self.path)
 
     @cached_property
     def all_names(self) -> tuple[str, ...]:
@@ -138,9 +138,9 @@ class Arm:
         return c.poses, c.axes, c.kinds, np.array(self.home_rad), c.nose_offset
 
     @cached_property
-    def moving(self) -> Links:
+    def moving(self) -> AdjointChain:
         """What `oio.kinematics.adjoint` wants besides the joints."""
-        return links_of(*self.links, self.dof)
+        return adjoint_chain(*self.links, self.dof)
 
     def inside(self, q_rad: Array) -> bool:
         """Whether the joints are within limits and the nose within its box."""
@@ -182,17 +182,17 @@ class Arm:
         """Joints (k, n) that bring the nose within tolerance_m of p_m (k, 3), each begun from its row of q_from (k, n), and whether they do
         (k,) within limits and box."""
         goals = np.ascontiguousarray(p_m, dtype=np.float64)
-        q, there = reached(goals, self._rows(q_from), self.low_rad, self.high_rad, tolerance_m, *self.links)
+        q, there = solve_positions(goals, self._rows(q_from), self.low_rad, self.high_rad, tolerance_m, *self.links)
         return q, there & self._in_box(q)
 
     def free(self, q_from: Array, q_to: Array) -> NDArray[np.bool_]:
         """Whether the nose stays in its box (...) all the way to q_to (..., n) (a straight line in joint space)."""
-        p = self.nose(_way(q_from, q_to, 0.0, 12)[1:])
+        p = self.nose(_line_in_joint_space(q_from, q_to, 0.0, 12)[1:])
         return np.asarray(np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=(0, -1)))
 
     def clearance_m(self, q_from: Array, q_to: Array, p_m: Array) -> Array:
         """How near (...) m the nose comes to p_m (3,) on its straight way in joint space to q_to (..., n), after the first quarter."""
-        return np.asarray(np.min(np.linalg.norm(self.nose(_way(q_from, q_to, 0.25, 10)) - p_m, axis=-1), axis=0))
+        return np.asarray(np.min(np.linalg.norm(self.nose(_line_in_joint_space(q_from, q_to, 0.25, 10)) - p_m, axis=-1), axis=0))
 
     def random_pose(self, rng: np.random.Generator) -> Array:
         """A uniformly drawn pose (n,) inside limits and box; raises BadInput if the box leaves no room."""
@@ -210,7 +210,7 @@ class Arm:
         raise BadInput(f"no pose of arm '{self.name}' with dof={self.dof} keeps the nose inside arm.box_low_m to arm.box_high_m; widen it.")
 
 
-def _way(q_from: Array, q_to: Array, begin: float, places: int) -> Array:
+def _line_in_joint_space(q_from: Array, q_to: Array, begin: float, places: int) -> Array:
     """Joints (places, ..., n) on the straight line from the fraction `begin` of it to its end."""
     fraction = np.linspace(begin, 1.0, places).reshape(-1, *(1,) * np.ndim(q_to))
     return np.asarray(q_from + fraction * (q_to - q_from))

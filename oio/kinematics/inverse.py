@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 from oio.core.records import Array
 from oio.kinematics.forward import nose_and_jacobian
 
-STEPS = 60
+MAX_STEPS = 60
 DAMPING_M2 = 1e-4
-FARTHEST = 0.3  # rad (m) that a joint may go in one step
+MAX_STEP = 0.3  # rad (m) that a joint may go in one step
 
 
 @numba.njit(cache=True)
-def reached(
+def solve_positions(
     goals: Array, begin: Array, low: Array, high: Array, tolerance: float,
     poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array,
 ) -> tuple[Array, NDArray[np.bool_]]:  # fmt: skip
@@ -22,7 +22,7 @@ def reached(
     q_all, there = begin.copy(), np.zeros(len(goals), dtype=np.bool_)
     for i in range(len(goals)):
         q = q_all[i : i + 1]
-        for _ in range(STEPS):
+        for _ in range(MAX_STEPS):
             p, jacobians = nose_and_jacobian(q, poses, axes, kinds, locked, offset, True)
             miss, jacobian = goals[i] - p[0], jacobians[0]
             if miss @ miss < tolerance * tolerance:
@@ -31,5 +31,5 @@ def reached(
             normal = jacobian @ jacobian.T + DAMPING_M2 * np.eye(3)
             step = jacobian.T @ np.linalg.solve(normal, miss)
             for j in range(q.shape[1]):
-                q[0, j] = min(max(q[0, j] + min(max(step[j], -FARTHEST), FARTHEST), low[j]), high[j])
+                q[0, j] = min(max(q[0, j] + min(max(step[j], -MAX_STEP), MAX_STEP), low[j]), high[j])
     return q_all, there

@@ -17,7 +17,7 @@ from oio.kinematics.forward import HINGE, SLIDE
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
+class KinematicChain:
     """m joints from the world to the nose: names, poses (m, 4, 4), axes (m, 3), kinds (m,), limits (m,), nose_offset (3,)."""
 
     names: tuple[str, ...]
@@ -29,7 +29,7 @@ class Chain:
     nose_offset: Array
 
 
-def read_chain(path: Path) -> Chain:
+def load_chain(path: Path) -> KinematicChain:
     """The chain of bodies that ends in the site `nose` of an MJCF; a body without a joint only carries its children.
 
     Raises BadInput if the file is no MJCF with a moving nose, or describes the chain in words that are not read here.
@@ -50,7 +50,7 @@ def read_chain(path: Path) -> Chain:
             pose = np.eye(4)
     axes = np.array([_numbers(j, "axis", "0 0 1") for j in joints])
     ranges = np.array([_numbers(j, "range", "-3.14159265 3.14159265") for j in joints])
-    return Chain(
+    return KinematicChain(
         names=tuple(j.get("name", f"joint{i}") for i, j in enumerate(joints)),
         poses=np.array(poses),
         axes=axes / np.linalg.norm(axes, axis=1, keepdims=True),

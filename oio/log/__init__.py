@@ -19,13 +19,13 @@ from oio.log.read import (
     read_states,
 )
 from oio.log.salvage import recover, salvage
-from oio.log.write import RunLog, Watcher
+from oio.log.write import ProgressWatcher, RunLog
 
 __all__ = [
     "MemoryLog",
+    "ProgressWatcher",
     "RunLog",
     "Salvage",
-    "Watcher",
     "read_attachment",
     "read_beliefs",
     "read_end",

@@ -12,7 +12,7 @@ from oio.log.plain_json import to_json
 from oio.log.read import samples_written
 from oio.log.scene import scene
 
-Watcher = Callable[[str, str, int, str, str], None]
+ProgressWatcher = Callable[[str, str, int, str, str], None]
 
 
 class RunLog:
@@ -24,7 +24,7 @@ class RunLog:
     def __init__(self, part: Part, sensor: str, joints: tuple[str, ...]) -> None:
         self._part, self._sensor, self._joints = part, sensor, joints
         self._stage, self._shown_ns = "", -SECOND_NS
-        self.watchers: list[Watcher] = []
+        self.watchers: list[ProgressWatcher] = []
         # All kinds of sample are declared in the first chunk: a reader that has seen it may skip chunks by their times.
         for topic, kind in encode.sample_topics(sensor).items():
             part.channel(topic, kind)

@@ -12,16 +12,16 @@ from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.kinematics.arm import Arm
-from oio.motion.load_monitor import Strain
-from oio.motion.path_planning import PEAK, Leg, lasts_s, out_m, planned
-from oio.motion.trajectory import Course
+from oio.motion.load_monitor import LoadMonitor
+from oio.motion.path_planning import PEAK, Segment, box_violation_m, duration_s, plan
+from oio.motion.trajectory import Trajectory
 
 HOST, NOSE = "host", "nose"  # who must be heard while the arm moves
-SLACK = 1.01  # of the speeds: a move begins at the set-point, which may be a tick short of the goal from which it was planned
+SPEED_TOLERANCE = 1.01  # of the speeds: a move begins at the set-point, which may be a tick short of the goal from which it was planned
 
 
 @settings
-class Safety:
+class SafetyLimits:
     """Beyond which the arm is held. Limits of joints, nose box and speeds are the arm's own."""
 
     box_margin_m: float  # so far the nose may bow out of its box between two allowed poses
@@ -45,7 +45,7 @@ class Guard:
     `period_s`: between commands, if that is longer than `safety.step_s`. `joints`: so many turn on roundabout ways, the others are locked.
     """
 
-    def __init__(self, arm: Arm, safety: Safety, period_s: float = 0.0, joints: int | None = None) -> None:
+    def __init__(self, arm: Arm, safety: SafetyLimits, period_s: float = 0.0, joints: int | None = None) -> None:
         self._arm, self._safety, self._joints = arm, safety, joints
         self._step_s = max(safety.step_s, period_s)
         self._quiet_s = {HOST: safety.quiet_s, NOSE: safety.quiet_s + safety.sample_s}
@@ -63,10 +63,10 @@ class Guard:
     def _may_stand(self, q: Array) -> bool:
         if q.shape != (self._arm.dof,) or not np.all((q >= self._arm.low_rad) & (q <= self._arm.high_rad)):
             return False
-        return out_m(self._arm, self._arm.nose(q)) <= self._safety.box_margin_m
+        return box_violation_m(self._arm, self._arm.nose(q)) <= self._safety.box_margin_m
 
     def _stand(self, q: Array) -> None:
-        self._course, self._strain = Course(q, self._step_s), Strain(self._safety, self._arm.names)
+        self._course, self._strain = Trajectory(q, self._step_s), LoadMonitor(self._safety, self._arm.names)
         self._heard_s: dict[str, float] = {}
 
     @property
@@ -85,12 +85,12 @@ class Guard:
         """
         goal = self._allowed(q_rad, over_s, t_s)
         self._course.go_on(max(t_s, self._course.now_s))
-        way = planned(self._arm, self._course.q, goal, self._safety.box_margin_m, self._joints)
-        planned_s = lasts_s(way)
+        way = plan(self._arm, self._course.q, goal, self._safety.box_margin_m, self._joints)
+        planned_s = duration_s(way)
         way = tuple(leg._replace(over_s=max(over_s * (leg.over_s / planned_s), self._fastest_s(leg))) for leg in way)
         self._course.take(way)
         self._heard_s[HOST] = self._course.now_s
-        return lasts_s(way)
+        return duration_s(way)
 
     def set_point(self, t_s: float) -> Array:
         """Where the joints shall be (n,) rad at t_s; asked whenever the arm takes a command."""
@@ -134,6 +134,6 @@ class Guard:
             raise OioError(f"the arm is held where it is: {self.held}. It takes no move until it begins anew; see first that it can move.")
         return self._arm.checked(goal)
 
-    def _fastest_s(self, leg: Leg) -> float:
+    def _fastest_s(self, leg: Segment) -> float:
         joints_s = PEAK * float(np.max(np.abs(leg.turn))) / self._arm.joint_speed
-        return max(joints_s, leg.rush_m / self._arm.nose_limit_m_s) / SLACK
+        return max(joints_s, leg.rush_m / self._arm.nose_limit_m_s) / SPEED_TOLERANCE

@@ -8,16 +8,16 @@ from oio.core.errors import BadInput
 from oio.core.records import Array
 
 if TYPE_CHECKING:
-    from oio.motion.guard import Safety
+    from oio.motion.guard import SafetyLimits
 
 
-COUNTS_S = 0.2  # of load that one reading stands for, at most: nobody knows what was before it
+MAX_INTERVAL_S = 0.2  # of load that one reading stands for, at most: nobody knows what was before it
 
 
-class Strain:
+class LoadMonitor:
     """Load above `safety.load` adds up with time, load below it counts off; so a push that a move needs is no stall."""
 
-    def __init__(self, safety: "Safety", names: tuple[str, ...]) -> None:
+    def __init__(self, safety: "SafetyLimits", names: tuple[str, ...]) -> None:
         self._safety, self._names = safety, names
         self._felt_s, self._excess_s = np.inf, np.zeros(len(names))
 
@@ -25,7 +25,7 @@ class Strain:
         """What is too much with load (n,), -1 to 1, and temperature (n,) degC at t_s; NaN where something is not known."""
         loads = self._read("loads", load)
         hot = self._read("temperatures", np.full(len(self._names), np.nan) if temperature is None else temperature)
-        for_s = min(max(t_s - self._felt_s, 0.0), COUNTS_S)
+        for_s = min(max(t_s - self._felt_s, 0.0), MAX_INTERVAL_S)
         self._felt_s = t_s
         known = np.where(np.isnan(loads), self._safety.load, np.minimum(np.abs(loads), 1.0))
         self._excess_s = np.maximum(self._excess_s + (known - self._safety.load) * for_s, 0.0)

@@ -3,16 +3,16 @@
 import math
 
 from oio.core.records import Array
-from oio.motion.path_planning import Way, at, lasts_s
+from oio.motion.path_planning import JointPath, duration_s, joints_at
 
 
-class Course:
+class Trajectory:
     """Where the set-point is. It goes along its way by `step_s` seconds at most between two commands to the arm."""
 
     def __init__(self, q_rad: Array, step_s: float) -> None:
         self.q, self._step_s = q_rad, step_s  # (n,) rad
         self.now_s = -math.inf  # when it was last looked at
-        self._way = Way()
+        self._way = JointPath()
         self._began_s = self._elapsed_s = self._lost_s = self._spent_s = 0.0
 
     @property
@@ -20,7 +20,7 @@ class Course:
         """Whether it is on its way still."""
         return bool(self._way)
 
-    def take(self, way: Way) -> None:
+    def take(self, way: JointPath) -> None:
         """Go along another way from now on; it begins where the set-point is."""
         self._way, self._began_s, self._elapsed_s, self._lost_s = way, self.now_s, 0.0, 0.0
 
@@ -42,6 +42,6 @@ class Course:
             elapsed_s = self._elapsed_s + allowed_s
             self._lost_s = (t_s - self._began_s) - elapsed_s
         self._spent_s += allowed_s
-        self._elapsed_s, self.q = elapsed_s, at(self._way, elapsed_s)
-        if elapsed_s >= lasts_s(self._way):
-            self._way = Way()
+        self._elapsed_s, self.q = elapsed_s, joints_at(self._way, elapsed_s)
+        if elapsed_s >= duration_s(self._way):
+            self._way = JointPath()

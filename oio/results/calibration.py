@@ -3,17 +3,17 @@
 from dataclasses import dataclass
 
 from oio.core.records import Array
-from oio.gas.bouts import Baseline
+from oio.gas.bouts import ElementBaseline
 from oio.gas.timing import Delay
 from oio.gas.trace import Trace
 from oio.inference.map_fit import Fit
-from oio.inference.prior import Knowledge
+from oio.inference.prior import Prior
 from oio.inference.uncertainty import Noise, TypeA, TypeB
 from oio.search.view import Move
 
 
 @dataclass(frozen=True)
-class Settled:
+class WarmUpResult:
     """The end of warm-up: seconds waited, last slope of each element [ppm/min] with its standard error, noise scale of the window."""
 
     waited_s: float
@@ -24,10 +24,10 @@ class Settled:
 
 
 @dataclass(frozen=True)
-class Baselines:
+class BaselineResult:
     """Every element in clean air; when the calibration began."""
 
-    elements: tuple[Baseline, ...]
+    elements: tuple[ElementBaseline, ...]
     noise_scale: float
     began_ns: int
 
@@ -75,16 +75,16 @@ class MapCalibration:
 class Calibration:
     """What the filter starts from: calibrated with the chosen assembly and with the paper's, and cold."""
 
-    chosen: Knowledge
-    paper: Knowledge
-    cold: Knowledge
+    chosen: Prior
+    paper: Prior
+    cold: Prior
     noise: Noise
     time_s: float
     error_ppm: float
     u_a_ppm: float
     u_b_m: float
     moves: int
-    baselines: tuple[Baseline, ...]
+    baselines: tuple[ElementBaseline, ...]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import numpy as np
 import yaml
 
 from oio.core.records import Array
-from oio.inference.model_selection import air_of
+from oio.inference.model_selection import law_form
 from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
 
 Entry = dict[str, object]
@@ -61,7 +61,7 @@ def _range_law(found: MapCalibration) -> Entry:
     lay, mean, sd = fit.layout, fit.mean, np.sqrt(np.diag(fit.cov))
     names = zip(("wind_x", "wind_y", "wind_z"), mean[lay.wind], sd[lay.wind], strict=True)
     return {
-        "air": air_of(fit),
+        "air": law_form(fit),
         "ln_strength": entry(mean[lay.strength], sd[lay.strength], "ln(ppm)", n, "A"),
         "exponent": entry(mean[lay.exponent], sd[lay.exponent], "1", n, "A"),
         **{name: entry(value, u, "1/m", n, "A") for name, value, u in names},

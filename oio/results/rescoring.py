@@ -27,7 +27,7 @@ class Variant:
     filtered: tuple[Array, Array] | None = None  # the source by the filter alone, before the last map
 
 
-class Rerun:
+class Rescoring:
     """Feeds variants; maps are made when the search made them (or the last alone), the stop rule is asked at the end of every move."""
 
     def __init__(self, variants: dict[str, Variant], sensor: Sensor, search: Navigation, stop: StopRule) -> None:

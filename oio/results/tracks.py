@@ -7,7 +7,7 @@ import numpy as np
 
 from oio.core.records import Array, JointState, Truth, WorldSample
 from oio.kinematics.arm import Arm
-from oio.results.rescoring import Rerun
+from oio.results.rescoring import Rescoring
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class _Points:
     believed: dict[str, list[Array]] = field(default_factory=dict)
 
 
-def tracks(rerun: Rerun, arm: Arm, samples: Iterable[WorldSample]) -> Tracks:
+def tracks(rerun: Rescoring, arm: Arm, samples: Iterable[WorldSample]) -> Tracks:
     """Run the variants of `rerun` over the samples of a search and note every nose at every truth."""
     points = _Points(believed={name: [] for name in rerun.variants})
     rerun.over(_watched(rerun, arm, samples, points))
@@ -42,7 +42,7 @@ def tracks(rerun: Rerun, arm: Arm, samples: Iterable[WorldSample]) -> Tracks:
     )  # fmt: skip
 
 
-def _watched(rerun: Rerun, arm: Arm, samples: Iterable[WorldSample], points: _Points) -> Iterator[WorldSample]:
+def _watched(rerun: Rescoring, arm: Arm, samples: Iterable[WorldSample], points: _Points) -> Iterator[WorldSample]:
     """The samples; when the next one is asked for, the variants have been fed the last."""
     joints: JointState | None = None
     for sample in samples:

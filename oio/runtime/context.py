@@ -10,7 +10,7 @@ import numpy as np
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, JointState
 from oio.log import RunLog
-from oio.runtime.guarded_world import Watched
+from oio.runtime.guarded_world import GuardedWorld
 
 R = TypeVar("R")
 
@@ -19,7 +19,7 @@ R = TypeVar("R")
 class Context:
     """What a stage may touch: five doors and no more."""
 
-    world: Watched
+    world: GuardedWorld
     log: RunLog
     rng: np.random.Generator
     out: Path

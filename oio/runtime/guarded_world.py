@@ -10,10 +10,10 @@ from oio.core.interfaces import World
 from oio.core.records import Array, Event, GasSample, JointState, Sample
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
-from oio.motion.path_planning import lasts_s, planned
+from oio.motion.path_planning import duration_s, plan
 
 
-class Watched:
+class GuardedWorld:
     """A world that is logged and guarded: every sample reaches the log before a stage sees it, every command is checked.
 
     Truth goes to the log only; no stage can see it through this door. Nor can it see gas at the sensor's upper rail (`highest_raw`): a
@@ -49,7 +49,7 @@ class Watched:
 
     def move_s(self, q_rad: Array) -> float:
         """Seconds that a move to q_rad (n,) would take. Raises BadInput if there is no way on which the nose stays in its box."""
-        return lasts_s(planned(self._arm, self._goal, q_rad))
+        return duration_s(plan(self._arm, self._goal, q_rad))
 
     def present(self, source: str) -> None:
         """Open one gas source: `none`, `beacon` or `source`. What was sensed before it was open goes to the log, and to no stage."""

@@ -14,7 +14,7 @@ from oio.core.interfaces import World
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
 from oio.runtime.context import Context
-from oio.runtime.guarded_world import Watched
+from oio.runtime.guarded_world import GuardedWorld
 
 
 @runtime_checkable
@@ -28,7 +28,7 @@ class Stage(Protocol):
         ...
 
 
-def gives(stage: Stage) -> type:
+def result_type(stage: Stage) -> type:
     """The type of a stage's result: the return annotation of `run`."""
     kind = typing.get_type_hints(type(stage).run).get("return")
     if not isinstance(kind, type):
@@ -46,14 +46,14 @@ def check_order(stages: Mapping[str, Stage]) -> None:
                     f"stage '{name}' needs {need.__name__}, but no stage before it gives one: the order is {list(stages)}. "
                     f"{_who_gives(need, stages)}"
                 )
-        kind = gives(stage)
+        kind = result_type(stage)
         if kind in given:
             raise BadInput(f"stages '{given[kind]}' and '{name}' both give {kind.__name__}. Leave one of them out of stage=[...].")
         given[kind] = name
 
 
 def _who_gives(need: type, stages: Mapping[str, Stage]) -> str:
-    giver = next((name for name, stage in stages.items() if gives(stage) is need), None)
+    giver = next((name for name, stage in stages.items() if result_type(stage) is need), None)
     if giver is not None:
         return f"Put '{giver}' earlier."
     return "Add the stage that gives it to stage=[...]; `python -m oio.run --help` lists the stages and what they give."
@@ -68,11 +68,11 @@ def run_stages(
     """
     check_order(stages)
     results: dict[type, object] = {}
-    watched = Watched(world, arm, log, highest_raw)
+    watched = GuardedWorld(world, arm, log, highest_raw)
     for name, stage in stages.items():
         rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
         with log.stage(name, lambda: watched.t_ns) as close:
             result = stage.run(Context(watched, log, rng, out, results))
             close(result)
-        results[gives(stage)] = result
+        results[result_type(stage)] = result
     return results

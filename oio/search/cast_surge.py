@@ -10,8 +10,8 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
-from oio.search.sniff_history import goals, law, offset
-from oio.search.step_planning import anywhere, diagonal_m, tangent, toward
+from oio.search.sniff_history import believed_law, goals, joint_offsets
+from oio.search.step_planning import box_diagonal_m, random_step, step_toward, tangent_directions
 from oio.search.view import Move, View
 
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # rad
@@ -40,12 +40,12 @@ class CastSurge:
         last = hits[-1] + 1 if hits else 0  # goals begin with home
         casts = len(view.moves) - last + (0 if hits else 1)  # nothing was smelt yet: begin with a cast
         if casts * self.widen > self.widest:
-            return anywhere(view, rng)
-        q, size = goals(view), diagonal_m(view)
-        place, direction = view.arm.nose(q[last] - offset(view)), self.upwind(view, hits)
+            return random_step(view, rng)
+        q, size = goals(view), box_diagonal_m(view)
+        place, direction = view.arm.nose(q[last] - joint_offsets(view)), self.upwind(view, hits)
         if casts == 0:
-            return toward(view, place + self.surge * size * direction, rng)
-        return toward(view, place + casts * self.widen * size * across(direction, tangent(view, q[last]), casts), rng)
+            return step_toward(view, place + self.surge * size * direction, rng)
+        return step_toward(view, place + casts * self.widen * size * across(direction, tangent_directions(view, q[last]), casts), rng)
 
     def hits(self, moves: tuple[Move, ...]) -> list[int]:
         """Which moves were hits."""
@@ -58,8 +58,8 @@ class CastSurge:
 
     def upwind(self, view: View, hits: list[int]) -> Array:
         """Unit vector (3,) against the wind, or in still air from hit to hit; before any, away from the shoulder."""
-        k = law(view)[5:8]
-        p = view.arm.nose(goals(view) - offset(view))
+        k = believed_law(view)[5:8]
+        p = view.arm.nose(goals(view) - joint_offsets(view))
         before, last = p[hits[-2] + 1 if len(hits) > 1 else 0], p[hits[-1] + 1 if hits else 0]
         ahead = (-k if np.linalg.norm(k) >= self.windy_per_m else np.zeros(3), last - before, p[0] - view.arm.shoulder)
         wanted = next((v for v in ahead if np.linalg.norm(v) > 1e-6), np.array([1.0, 0.0, 0.0]))

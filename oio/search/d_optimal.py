@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.gas.range_law import LAW, concentration
-from oio.search.exploration import scout
+from oio.search.exploration import explore
 from oio.search.view import View
 
 
@@ -33,7 +33,7 @@ class DOptimal:
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
         if view.belief is None:
-            return scout(view, rng)
+            return explore(view, rng)
         candidates = self._candidates(view, rng)
         here = view.moves[-1].q if view.moves else view.arm.home
         cost_s = view.arm.duration_s(here, candidates) + view.dwell_s

@@ -9,8 +9,8 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
-from oio.search.sniff_history import sniffed
-from oio.search.step_planning import diagonal_m, tangent, toward
+from oio.search.sniff_history import sniff_history
+from oio.search.step_planning import box_diagonal_m, step_toward, tangent_directions
 from oio.search.view import View
 
 
@@ -30,15 +30,15 @@ class Gradient:
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
-        seen = sniffed(view)
+        seen = sniff_history(view)
         if len(seen.ppm) == 0:
             return self._probe(view, rng)
         y = np.log(np.maximum(seen.ppm, view.model.sigma_ppm))[-self.latest :]
         best, step = self.climbed(y)
-        p, step_m = seen.p_m[-self.latest :], step * diagonal_m(view)
-        can = tangent(view, seen.q[-self.latest :][best])
+        p, step_m = seen.p_m[-self.latest :], step * box_diagonal_m(view)
+        can = tangent_directions(view, seen.q[-self.latest :][best])
         direction = self.direction((p - p[best]) @ can / step_m, y, rng)
-        return toward(view, p[best] + step_m * (can @ direction), rng)
+        return step_toward(view, p[best] + step_m * (can @ direction), rng)
 
     def climbed(self, y: Array) -> tuple[int, float]:
         """Which of ln signals y (k,) in order of time is the best, and the step after them."""
@@ -62,7 +62,7 @@ class Gradient:
 
     def _probe(self, view: View, rng: np.random.Generator) -> Array:
         """A first step from home in a random direction."""
-        can = tangent(view, view.arm.home)
+        can = tangent_directions(view, view.arm.home)
         direction = rng.standard_normal(can.shape[1])
-        step = self.step * diagonal_m(view) / np.linalg.norm(direction)
-        return toward(view, view.arm.nose(view.arm.home) + step * (can @ direction), rng)
+        step = self.step * box_diagonal_m(view) / np.linalg.norm(direction)
+        return step_toward(view, view.arm.nose(view.arm.home) + step * (can @ direction), rng)

@@ -16,9 +16,9 @@ from scipy.special import ndtr, ndtri, xlogy
 
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
-from oio.search.sniff_history import here, offset, sniffed
+from oio.search.sniff_history import joint_offsets, last_goal, sniff_history
 from oio.search.source_posterior import Cloud, Likelihood, posterior
-from oio.search.step_planning import allowed, anywhere, nearest
+from oio.search.step_planning import is_allowed, nearest_poses, random_step
 from oio.search.view import View
 
 MASS = 0.999  # of the cloud that is looked at
@@ -45,14 +45,14 @@ class Infotaxis:
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
-        seen = sniffed(view)
+        seen = sniff_history(view)
         if len(seen.ppm) == 0:
-            return anywhere(view, rng)
+            return random_step(view, rng)
         likelihood = Likelihood(view, seen, self.misfit, self.strengths)
         cloud = posterior(likelihood, self.places, self.zooms)
         q = self._candidates(view, cloud, rng)
-        cost_s = np.array([view.arm.duration_s(here(view), pose) + view.dwell_s for pose in q])
-        told = information(likelihood, cloud, view.arm.nose(q - offset(view)), self.levels)
+        cost_s = np.array([view.arm.duration_s(last_goal(view), pose) + view.dwell_s for pose in q])
+        told = information(likelihood, cloud, view.arm.nose(q - joint_offsets(view)), self.levels)
         return np.asarray(q[int(np.argmax(told / cost_s))])
 
     def _candidates(self, view: View, cloud: Cloud, rng: np.random.Generator) -> Array:
@@ -62,8 +62,8 @@ class Infotaxis:
         way *= rng.choice(self.distances_m, (self.around, 1)) / np.linalg.norm(way, axis=1)[:, None]
         drawn = rng.uniform(view.arm.low_rad, view.arm.high_rad, (DRAWN * self.anywhere, view.arm.dof))
         inside = np.all((view.arm.nose(drawn) >= view.arm.box_low_m) & (view.arm.nose(drawn) <= view.arm.box_high_m), axis=1)
-        poses = [*nearest(view, places + way), *drawn[inside][: self.anywhere]]
-        return np.array([q for q in poses if allowed(view, q)] or [anywhere(view, rng)])
+        poses = [*nearest_poses(view, places + way), *drawn[inside][: self.anywhere]]
+        return np.array([q for q in poses if is_allowed(view, q)] or [random_step(view, rng)])
 
 
 def information(likelihood: Likelihood, cloud: Cloud, noses_m: Array, levels: int) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.core.settings import settings
-from oio.search.step_planning import anywhere
+from oio.search.step_planning import random_step
 from oio.search.view import View
 
 
@@ -14,4 +14,4 @@ class Random:
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """The next joint goal (n,) rad."""
-        return anywhere(view, rng)
+        return random_step(view, rng)

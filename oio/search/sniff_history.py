@@ -11,11 +11,11 @@ from oio.core.records import Array
 from oio.gas.range_law import LAW
 from oio.search.view import View
 
-HELD_BACK = 0.75  # of a change of the gas may be made up for when the lag holds it back; beyond, noise would be blown up
+MAX_LAG_SHARE = 0.75  # of a change of the gas may be made up for when the lag holds it back; beyond, noise would be blown up
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sniffed:
+class SniffHistory:
     """Moves that measured something: joints (k, n) rad, believed nose (k, 3) m, settled signal (k,) ppm."""
 
     q: Array
@@ -23,12 +23,12 @@ class Sniffed:
     ppm: Array
 
 
-def offset(view: View) -> Array:
+def joint_offsets(view: View) -> Array:
     """Believed joint offsets (n,) rad."""
     return np.zeros(view.arm.dof) if view.belief is None else view.belief.mean[view.model.at["o"]]
 
 
-def law(view: View) -> Array:
+def believed_law(view: View) -> Array:
     """theta (LAW,) of the range law: the belief's, else the calibrated one, else the nominal one of still air."""
     if view.belief is not None:
         s = view.model.at["s"].start
@@ -40,7 +40,7 @@ def law(view: View) -> Array:
     return theta
 
 
-def here(view: View) -> Array:
+def last_goal(view: View) -> Array:
     """Where the arm was sent last (n,) rad."""
     return view.moves[-1].q if view.moves else view.arm.home
 
@@ -50,19 +50,19 @@ def goals(view: View) -> Array:
     return np.array([view.arm.home, *(move.q for move in view.moves)])
 
 
-def sniffed(view: View) -> Sniffed:
+def sniff_history(view: View) -> SniffHistory:
     """All moves that lasted long enough for a signal (else it is 0), with what the lag held back made up for.
 
     f_i = phi f_{i-1} + (1 - phi) c_i over the dwell and half of the way gives c_i.
     """
     q, f = goals(view), np.array([move.ppm for move in view.moves])
-    held = np.array([_held_back(view, q[i], q[i + 1], i > 0 and f[i] > f[i - 1]) for i in range(len(f))])
+    held = np.array([_lag_share(view, q[i], q[i + 1], i > 0 and f[i] > f[i - 1]) for i in range(len(f))])
     before = np.concatenate([f[:1], f[:-1]])
     settled = f + held / (1.0 - held) * np.where(before != 0.0, f - before, 0.0)
     known = np.flatnonzero(f != 0.0)
-    return Sniffed(q[1:][known], view.arm.nose(q[1:][known] - offset(view)), settled[known])
+    return SniffHistory(q[1:][known], view.arm.nose(q[1:][known] - joint_offsets(view)), settled[known])
 
 
-def _held_back(view: View, q_from: Array, q_to: Array, rising: bool) -> float:
+def _lag_share(view: View, q_from: Array, q_to: Array, rising: bool) -> float:
     time_s = view.dwell_s + 0.5 * view.arm.duration_s(q_from, q_to)
-    return min(float(np.exp(-time_s / (view.model.rise_s if rising else view.model.fall_s))), HELD_BACK)
+    return min(float(np.exp(-time_s / (view.model.rise_s if rising else view.model.fall_s))), MAX_LAG_SHARE)

@@ -14,7 +14,7 @@ import numpy as np
 from oio.core.records import Array
 from oio.gas.range_law import LAW, concentration
 from oio.inference.sampling import halton
-from oio.search.sniff_history import Sniffed, law
+from oio.search.sniff_history import SniffHistory, believed_law
 from oio.search.view import View
 
 STEPS = 4  # of Gauss-Newton, for ln strength
@@ -44,13 +44,13 @@ class Likelihood:
     """Of what was sniffed, if the source were somewhere."""
 
     view: View
-    seen: Sniffed
+    seen: SniffHistory
     misfit: float
     strengths: int
 
     def unit(self, noses_m: Array, places_m: Array, cell_m: Array) -> tuple[Array, Array]:
         """At noses (k, 3) of sources of strength one at places (j, 3): mean (k, j) and its relative standard deviation (k, j)."""
-        model, theta = self.view.model, law(self.view)
+        model, theta = self.view.model, believed_law(self.view)
         theta[:4] = 0.0
         apart = (noses_m[:, None, :] - places_m[None, :, :]).reshape(-1, 3)
         c, grad, r, rarity = concentration(apart, theta[:LAW], model.law.r_ref_m, model.law.radius_m)

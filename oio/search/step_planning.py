@@ -6,7 +6,7 @@ A place is wanted in space, but the arm has joints: with one the nose stays on a
 import numpy as np
 
 from oio.core.records import Array
-from oio.search.sniff_history import here, law, offset
+from oio.search.sniff_history import believed_law, joint_offsets, last_goal
 from oio.search.view import View
 
 ITERATIONS = 16  # of damped least squares; each may turn a joint by a tenth of its range
@@ -16,35 +16,35 @@ CLEAR = 1.05  # places wanted too near the source are moved this many near_m fro
 TRIES = 64  # random poses
 
 
-def diagonal_m(view: View) -> float:
+def box_diagonal_m(view: View) -> float:
     """Of the nose's box: what steps are measured in, so that they suit an arm on a table and a gantry in a room."""
     return float(np.linalg.norm(np.subtract(view.arm.box_high_m, view.arm.box_low_m)))
 
 
-def allowed(view: View, q: Array) -> bool:
+def is_allowed(view: View, q: Array) -> bool:
     """Whether the arm may go to q (n,) from where it is: within limits and box all the way, and clear of the believed source."""
-    start = here(view)
+    start = last_goal(view)
     if not (view.arm.inside(q) and view.arm.free(start, q)):
         return False
     return view.belief is None or _clearance_m(view, q) >= view.near_m
 
 
 def _clearance_m(view: View, q: Array) -> float:
-    o = offset(view)
-    return float(view.arm.clearance_m(here(view) - o, q - o, law(view)[:3]))
+    o = joint_offsets(view)
+    return float(view.arm.clearance_m(last_goal(view) - o, q - o, believed_law(view)[:3]))
 
 
-def tangent(view: View, q: Array) -> Array:
+def tangent_directions(view: View, q: Array) -> Array:
     """Orthonormal directions (3, r) that the nose can be moved in at q (n,)."""
-    _, jac = view.arm.nose_jacobian(q - offset(view))
+    _, jac = view.arm.nose_jacobian(q - joint_offsets(view))
     left, size, _ = np.linalg.svd(jac, full_matrices=False)
     return np.asarray(left[:, size > 1e-3 * size[0]])
 
 
-def nearest(view: View, places_m: Array) -> Array:
+def nearest_poses(view: View, places_m: Array) -> Array:
     """Joints (k, n) within limits that bring the nose nearest to places (k, 3) m, by damped least squares from where the arm is."""
-    arm, o = view.arm, offset(view)
-    wanted, q = _boxed(view, places_m), np.repeat(here(view)[None], len(places_m), axis=0)
+    arm, o = view.arm, joint_offsets(view)
+    wanted, q = _clipped_to_box(view, places_m), np.repeat(last_goal(view)[None], len(places_m), axis=0)
     most = 0.1 * (arm.high_rad - arm.low_rad)
     for _ in range(ITERATIONS):
         p, jac = arm.nose_jacobian(q - o)
@@ -54,43 +54,43 @@ def nearest(view: View, places_m: Array) -> Array:
     return np.asarray(q)
 
 
-def _boxed(view: View, places_m: Array) -> Array:
+def _clipped_to_box(view: View, places_m: Array) -> Array:
     """The same places, a hundredth of the box within it: what is reached may miss a little."""
     low, high = np.array(view.arm.box_low_m), np.array(view.arm.box_high_m)
     return np.clip(places_m, low + 0.01 * (high - low), high - 0.01 * (high - low))
 
 
-def toward(view: View, place_m: Array, rng: np.random.Generator) -> Array:
+def step_toward(view: View, place_m: Array, rng: np.random.Generator) -> Array:
     """The pose (n,) that goes at least a third of the way to place_m (3,): straight, else half, else aside, else anywhere."""
-    start, o = here(view), offset(view)
+    start, o = last_goal(view), joint_offsets(view)
     p = view.arm.nose(start - o)
-    wanted = _boxed(view, _clear(view, place_m))
+    wanted = _clipped_to_box(view, _clear_of_source(view, place_m))
     way = float(np.linalg.norm(wanted - p))
     aside = rng.standard_normal((SIDESTEPS, 3))
     aside *= 0.7 * way / np.linalg.norm(aside, axis=1)[:, None]
-    q = nearest(view, np.vstack([wanted, wanted + aside[np.argsort(np.linalg.norm(wanted + aside - p, axis=1))]]))
+    q = nearest_poses(view, np.vstack([wanted, wanted + aside[np.argsort(np.linalg.norm(wanted + aside - p, axis=1))]]))
     poses = np.vstack([q[:1], 0.5 * (start + q[:1]), q[1:]])
     gone = np.linalg.norm(view.arm.nose(poses - o) - p, axis=1)
-    chosen = next((pose for pose, far in zip(poses, gone, strict=True) if far > way / 3.0 and allowed(view, pose)), None)
-    return anywhere(view, rng) if chosen is None else np.asarray(chosen)
+    chosen = next((pose for pose, far in zip(poses, gone, strict=True) if far > way / 3.0 and is_allowed(view, pose)), None)
+    return random_step(view, rng) if chosen is None else np.asarray(chosen)
 
 
-def _clear(view: View, place_m: Array) -> Array:
+def _clear_of_source(view: View, place_m: Array) -> Array:
     """The place itself, or moved away from the believed source."""
     if view.belief is None:
         return place_m
-    away = place_m - law(view)[:3]
+    away = place_m - believed_law(view)[:3]
     far = max(float(np.linalg.norm(away)), 1e-9)
-    return place_m if far >= CLEAR * view.near_m else law(view)[:3] + CLEAR * view.near_m / far * away
+    return place_m if far >= CLEAR * view.near_m else believed_law(view)[:3] + CLEAR * view.near_m / far * away
 
 
-def anywhere(view: View, rng: np.random.Generator) -> Array:
+def random_step(view: View, rng: np.random.Generator) -> Array:
     """A random pose (n,) that is allowed; if there is none, the one farthest from the believed source, or where the arm is."""
-    start = here(view)
+    start = last_goal(view)
     free = [start]
     for _ in range(TRIES):
         q = view.arm.random_pose(rng)
-        if allowed(view, q):
+        if is_allowed(view, q):
             return q
         if view.arm.free(start, q):
             free.append(q)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from oio.core.records import Array, Belief
 from oio.inference.map_fit import Fit
-from oio.inference.state_space import Model
+from oio.inference.state_space import StateSpace
 from oio.kinematics.arm import Arm
 
 
@@ -25,7 +25,7 @@ class View:
     """The search so far."""
 
     arm: Arm
-    model: Model
+    model: StateSpace
     belief: Belief | None  # None until the first belief map
     hypotheses: tuple[Fit, ...]
     moves: tuple[Move, ...]

@@ -6,13 +6,13 @@ import numpy as np
 
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.estimators.base import Estimator
-from oio.inference.state_space import Model
+from oio.inference.state_space import StateSpace
 from oio.testing.promises import bits, frozen, promise
 
 ROUNDING = 1e-9  # of a correlation matrix
 
 
-def check_estimator(estimator: Estimator, model: Model, belief: Belief, joints: JointState, reading: GasReading) -> None:
+def check_estimator(estimator: Estimator, model: StateSpace, belief: Belief, joints: JointState, reading: GasReading) -> None:
     """Belief in, belief out: nothing given is changed, covariances stay covariances, a reading narrows, a gated one does nothing.
 
     `joints` are later than `belief`; `reading` is of the time of `joints` and near enough to what is expected to be used.
@@ -30,7 +30,7 @@ def check_estimator(estimator: Estimator, model: Model, belief: Belief, joints: 
     _check_gate(estimator, model, predicted, reading)
 
 
-def _check_belief(model: Model, belief: Belief, verb: str) -> None:
+def _check_belief(model: StateSpace, belief: Belief, verb: str) -> None:
     promise(belief.mean.shape == (model.size,), f"{verb} gives a mean of the model's {model.size} states, not {belief.mean.shape}.")
     promise(bool(np.all(np.isfinite(belief.mean)) and np.all(np.isfinite(belief.cov))), f"{verb} gives finite numbers.")
     promise(bool(np.array_equal(belief.cov, belief.cov.T)), f"{verb} gives a symmetric covariance.")
@@ -41,7 +41,7 @@ def _check_belief(model: Model, belief: Belief, verb: str) -> None:
     promise(lowest > -ROUNDING, f"{verb} gives a positive definite covariance; an eigenvalue of its correlations is {lowest}.")
 
 
-def _check_update(model: Model, before: Belief, after: Belief, innovation: Innovation, reading: GasReading) -> None:
+def _check_update(model: StateSpace, before: Belief, after: Belief, innovation: Innovation, reading: GasReading) -> None:
     promise(not innovation.gated, "check_estimator is to be given a reading that is near what is expected, but it was gated.")
     promise(after.t_ns == reading.t_ns and innovation.t_ns == reading.t_ns, "an update is of the time of the reading.")
     _check_belief(model, after, "update")
@@ -51,7 +51,7 @@ def _check_update(model: Model, before: Belief, after: Belief, innovation: Innov
     promise(new <= old * (1 + ROUNDING), f"an update never widens the variance along H: {old} became {new} ppm^2.")
 
 
-def _check_gate(estimator: Estimator, model: Model, belief: Belief, reading: GasReading) -> None:
+def _check_gate(estimator: Estimator, model: StateSpace, belief: Belief, reading: GasReading) -> None:
     """A filter without a gate has nothing to promise here."""
     absurd = replace(reading, ppm=reading.ppm + 1e12)
     after, innovation = estimator.update(model, belief, absurd)

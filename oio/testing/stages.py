@@ -3,7 +3,7 @@
 import inspect
 
 from oio.core.errors import BadInput
-from oio.runtime.runner import Stage, gives
+from oio.runtime.runner import Stage, result_type
 from oio.testing.promises import frozen, promise
 
 
@@ -15,7 +15,7 @@ def check_stage(stage: Stage) -> None:
     promise(all(isinstance(need, type) for need in stage.needs), f"{name}.needs holds classes, not {stage.needs}.")
     promise(list(inspect.signature(stage.run).parameters) == ["context"], f"{name}.run takes a context and nothing else.")
     try:
-        kind = gives(stage)
+        kind = result_type(stage)
     except BadInput as error:
         raise AssertionError(str(error)) from None
     promise(kind is not type(None), f"{name}.run gives something: a class of its own, so that other stages can need it.")

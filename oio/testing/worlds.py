@@ -10,7 +10,7 @@ from oio.core.interfaces import Backend, World
 from oio.core.records import GasSample, JointState, WorldSample, nanoseconds
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
-from oio.runtime.guarded_world import Watched
+from oio.runtime.guarded_world import GuardedWorld
 from oio.testing.promises import bits, frozen, promise, refused
 
 
@@ -97,7 +97,7 @@ def _in_order(world: World, for_s: float, last_ns: int) -> list[WorldSample]:
 
 
 def _check_command(world: World, arm: Arm, for_s: float) -> None:
-    watched = Watched(world, arm, cast(RunLog, _Nowhere()))
+    watched = GuardedWorld(world, arm, cast(RunLog, _Nowhere()))
     nothing: Any = np.full(arm.dof, np.nan)
     refused("a move to NaN", watched.move, nothing)
     seen = _in_order(world, for_s, world.t_ns)  # whose joints are finite

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hardware.backends.live_world import Bench
-from hardware.transport.mailbox import Arrived, Mailbox
+from hardware.backends.live_world import LiveWorld
+from hardware.transport.mailbox import Mailbox, StampedSample
 from oio.core.records import SECOND_NS, Event, GasSample, JointState
 
 MS = SECOND_NS // 1000
@@ -30,16 +30,16 @@ def bench():
     made = SimpleNamespace(hold_s=HOLD_S, beacon=nowhere, source=nowhere)
     mover = SimpleNamespace(alive=lambda: None, held=None)
     valve = SimpleNamespace(watch=lambda: None)
-    live = Bench(made, clock, box, nose, None, mover, valve)
+    live = LiveWorld(made, clock, box, nose, None, mover, valve)
     clock.t_ns = 0
 
     def joints(*at_ms):
         for t in at_ms:
-            box.put(Arrived(JointState(t * MS, zero, zero, zero), t * MS))
+            box.put(StampedSample(JointState(t * MS, zero, zero, zero), t * MS))
 
     def gas(*at_ms):
         for t in at_ms:
-            box.put(Arrived(GasSample(t * MS, 0, 1.0), t * MS))
+            box.put(StampedSample(GasSample(t * MS, 0, 1.0), t * MS))
 
     return SimpleNamespace(live=live, box=box, clock=clock, joints=joints, gas=gas)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hardware.codecs import dynamixel, modbus, sts
-from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.drivers.noses.scd30 import INTERVAL, Scd30
 from hardware.drivers.noses.scd41 import Scd41
 from hardware.drivers.servos.dynamixel import Dynamixel
@@ -75,7 +75,7 @@ def co2(monkeypatch):
         for module in (f"hardware.drivers.noses.{name}", "hardware.drivers.noses.poll_schedule"):
             monkeypatch.setattr(f"{module}.time", sleeping)
         made = Scd30 if name == "scd30" else Scd41
-        return made(Intake(box, 1, 40_000.0, 1000), clock, sample_s), wire, clock, box
+        return made(ReadingFilter(box, 1, 40_000.0, 1000), clock, sample_s), wire, clock, box
 
     return make
 

@@ -16,9 +16,9 @@ import pytest
 from hardware.codecs import dynamixel, modbus, scd4x, shdlc, sts
 from hardware.codecs.line import Lines
 from hardware.emulators import options
-from hardware.emulators.emulated_bench import emulated
+from hardware.emulators.emulated_bench import emulate_bench
 from hardware.emulators.line import BOOT_S
-from hardware.emulators.realtime_plant import SLIP_S, Lab
+from hardware.emulators.realtime_plant import MAX_LATE_S, RealtimePlant
 from oio.core.errors import BadInput
 from oio.core.records import JointState
 from oio.testing import check_live_backend
@@ -66,7 +66,7 @@ def up(built, tmp_path):
 
     def made(*overrides, speed=SPEED, **own):
         chosen, words = options.read([f"{key}={value}" for key, value in {"speed": speed, "out": tmp_path, **own}.items()], KEYS)
-        return emulated(chosen, built("backend", *QUIET, *words, *overrides))
+        return emulate_bench(chosen, built("backend", *QUIET, *words, *overrides))
 
     return made
 
@@ -92,7 +92,7 @@ class Clock:
 def lab(built):
     sim, clock = built("backend", *QUIET, "sensor=ndir"), Clock()
     with sim.plant() as plant:
-        yield Lab(plant, sim.arm, 4.0, clock), plant, clock
+        yield RealtimePlant(plant, sim.arm, 4.0, clock), plant, clock
 
 
 def test_angles_go_evenly_from_tick_to_tick(lab):
@@ -129,9 +129,9 @@ def test_ticks_are_due_by_the_plants_time_and_lost_time_is_given_up(lab):
     assert lab.due_s == 100.0
     lab.tick()
     assert lab.due_s == pytest.approx(100.005) and lab.slipped_s == 0.0
-    clock.t_s = 100.005 + 1.1 * SLIP_S
+    clock.t_s = 100.005 + 1.1 * MAX_LATE_S
     lab.tick()
-    assert lab.slipped_s == pytest.approx(1.1 * SLIP_S)
+    assert lab.slipped_s == pytest.approx(1.1 * MAX_LATE_S)
     assert lab.due_s == pytest.approx(clock.t_s + 0.005)
 
 
@@ -261,8 +261,8 @@ def test_a_plug_that_is_pulled_comes_back_under_its_name(up):
 @pytest.mark.parametrize("kind", ["noise", "cut", "checksum", "busy"])
 def test_a_wire_in_trouble_gives_no_wrong_frame_and_recovers(up, kind):
     """Seconds of the schedule pass from the first question on."""
-    emulated = up(nose="line", arm="none", faults=f"nose.{kind}@1:2", speed=4.0)
-    with emulated as bench, bench.loop.running(), Host(bench.ports["nose"]) as nose:
+    emulate_bench = up(nose="line", arm="none", faults=f"nose.{kind}@1:2", speed=4.0)
+    with emulate_bench as bench, bench.loop.running(), Host(bench.ports["nose"]) as nose:
         while not nose.read():
             pass  # it boots
         framer, ms = Lines(), []

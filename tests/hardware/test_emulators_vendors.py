@@ -8,7 +8,7 @@ import pytest
 
 from hardware.codecs import dynamixel, sts
 from hardware.emulators import options
-from hardware.emulators.emulated_bench import emulated
+from hardware.emulators.emulated_bench import emulate_bench
 
 KEYS = Path(__file__).resolve().parents[2] / "conf" / "emulate.yaml"
 WHY = "a vendor's stack is not installed: pip install oio[oracles]"
@@ -23,7 +23,7 @@ def up(built, tmp_path):
     @contextlib.contextmanager
     def made(**own):
         chosen, overrides = options.read([f"{key}={value}" for key, value in {"out": tmp_path, "valve": "none", **own}.items()], KEYS)
-        with emulated(chosen, built("backend", "air=steady", "dof=3", "seed=1", *overrides)) as bench, bench.loop.running():
+        with emulate_bench(chosen, built("backend", "air=steady", "dof=3", "seed=1", *overrides)) as bench, bench.loop.running():
             yield {name: str(path) for name, path in bench.ports.items()}
 
     return made

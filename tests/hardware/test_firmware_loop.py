@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from hardware.backends.mujoco_sim import MujocoSim
-from hardware.emulators.emulated_port import Agenda, Served
+from hardware.emulators.emulated_port import EmulatedPort, EventQueue
 from hardware.emulators.feetech import Feetech
 from hardware.emulators.loop import Loop
-from hardware.emulators.pty import Port
-from hardware.emulators.realtime_plant import Lab
+from hardware.emulators.pty import PseudoTerminal
+from hardware.emulators.realtime_plant import RealtimePlant
 from oio.core.records import Event, GasSample
 from oio.log import read_samples
 
@@ -66,7 +66,7 @@ class Board:
             self._process.stdout.close()
 
 
-class Wired(Lab):
+class Wired(RealtimePlant):
     """At each tick the nose's ADC gets what the sensor's electronics give, and the relays open what they open."""
 
     OPEN = {(0, 0): "none", (1, 0): "beacon", (0, 1): "source"}  # noqa: RUF012
@@ -116,12 +116,12 @@ def rooms(host: Path, elf: Path, tmp_path: Path, composed: Any, built: Any) -> C
                 stack.callback(board.close)
             lab.wire(nose, others[0] if arm else None)
             words = [f"backend.speed={speed:g}", "backend.nose.driver=line", f"backend.nose.port={nose.path}", "backend.valve.driver=none"]
-            served, agenda = {}, Agenda()
+            served, agenda = {}, EventQueue()
             if arm:
-                port = Port(tmp_path / "arm")
+                port = PseudoTerminal(tmp_path / "arm")
                 port.plug()
                 stack.callback(port.unplug)
-                served["arm"] = Served(Feetech(lab, set()), port, set(), agenda, speed, np.random.default_rng(0))
+                served["arm"] = EmulatedPort(Feetech(lab, set()), port, set(), agenda, speed, np.random.default_rng(0))
                 words[-1] = "backend.valve.driver=line"
                 words += [f"backend.valve.port={others[0].path}", "backend.arm.driver=feetech", f"backend.arm.port={port.link}"]
                 words += [f"source.position={plant.places['source'].tolist()}"]  # for scoring alone

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from hardware import home
-from hardware.drivers.servos.bus import Felt
-from hardware.drivers.servos.joint_calibration import Turned, ends_deg, joined, ways
+from hardware.drivers.servos.bus import ServoState
+from hardware.drivers.servos.joint_calibration import JointSweep, end_directions, ends_deg, homing_from_sweeps
 from oio.core.errors import BadInput, OioError
-from oio.inference.forward_model import Layout
-from oio.inference.prior import prior
+from oio.inference.forward_model import ParameterLayout
+from oio.inference.prior import nominal_prior
 from oio.kinematics.homing import Homing
 
 TURN = 4096
@@ -39,7 +39,7 @@ def turned_like(arm, zeros, signs, misfit_deg=0.0):
     rounds = []
     for i, (zero, sign) in enumerate(zip(zeros, signs, strict=True)):
         low, high = ends_deg(arm, i)
-        turned = Turned(arm.all_names[i], TURN, (low, high))
+        turned = JointSweep(arm.all_names[i], TURN, (low, high))
         turned.add(round(zero + sign * (low + misfit_deg / 2) / DEGREES))
         turned.stop()
         for degrees in np.linspace(low + misfit_deg / 2, high - misfit_deg / 2, 40):
@@ -68,7 +68,7 @@ class Servos:
 
     def feel(self, wire, ids):
         counts = np.rint(self.zeros + self.signs * self.degrees / DEGREES).astype(np.int64)
-        return Felt(counts, np.zeros(len(ids)), None)
+        return ServoState(counts, np.zeros(len(ids)), None)
 
 
 class Person:
@@ -177,7 +177,7 @@ def endless(arm):
     """An arm whose roll goes around and around."""
     servos = Servos((2048,) * 5, (1,) * 5, np.degrees(arm.home))
     feel = servos.feel
-    servos.feel = lambda wire, ids: Felt(feel(wire, ids).counts % TURN, np.zeros(5), None)
+    servos.feel = lambda wire, ids: ServoState(feel(wire, ids).counts % TURN, np.zeros(5), None)
     return servos
 
 
@@ -185,7 +185,7 @@ def test_the_words_are_what_mujoco_does(arm):
     """A little way from home and, for joints that move the nose, all the way at the end."""
     model = mujoco.MjModel.from_xml_path(str(arm.path))
     begin, turn, anchors, _ = posed(model, arm.home)
-    for i, words in enumerate(ways(arm)):
+    for i, words in enumerate(end_directions(arm)):
         for word, end, side in zip(words, (arm.low_rad[i], arm.high_rad[i]), (-1, 1), strict=True):
             q = arm.home.copy()
             q[i] += 0.01 * side
@@ -214,20 +214,20 @@ def axis_of(rotation):
 
 
 def test_the_words_of_the_so101(arm, built):
-    assert ways(arm) == [
+    assert end_directions(arm) == [
         ("the nose goes to the arm's left", "the nose goes to the arm's right"),
         ("the nose goes up", "the nose goes down"),
         ("the nose goes up", "the nose goes down"),
         ("the nose goes up", "the nose goes down"),
         ("the nose rolls clockwise, seen from behind it", "the nose rolls counterclockwise, seen from behind it"),
     ]
-    assert ways(home.described("gantry"))[0] == ("the nose goes back", "the nose goes forward")
+    assert end_directions(home.described("gantry"))[0] == ("the nose goes back", "the nose goes forward")
 
 
 @given(shift=st.lists(st.integers(-200, 200), min_size=5, max_size=5), signs=st.lists(st.sampled_from([-1, 1]), min_size=5, max_size=5))
 def test_zero_and_direction_come_back_whatever_servo_it_is_and_however_it_is_mounted(arm, shift, signs):
     zeros = [2048 + s for s in shift]
-    homing = joined([turned_like(arm, zeros, signs)] * 2, arm, TURN)
+    homing = homing_from_sweeps([turned_like(arm, zeros, signs)] * 2, arm, TURN)
     assert np.max(np.abs(np.array(homing.zero_counts) - zeros)) <= 1 and homing.sign == tuple(signs)
     play = arm.backlash_deg / 2 / math.sqrt(3)
     assert np.array(homing.u_deg) == pytest.approx(play, rel=0.1)
@@ -235,15 +235,15 @@ def test_zero_and_direction_come_back_whatever_servo_it_is_and_however_it_is_mou
 
 def test_an_end_that_was_not_reached_costs_certainty_and_then_is_refused(arm):
     zeros, signs = [2048] * 5, (1,) * 5
-    sure = joined([turned_like(arm, zeros, signs)], arm, TURN)
-    doubtful = joined([turned_like(arm, zeros, signs, 10.0)], arm, TURN)
+    sure = homing_from_sweeps([turned_like(arm, zeros, signs)], arm, TURN)
+    doubtful = homing_from_sweeps([turned_like(arm, zeros, signs, 10.0)], arm, TURN)
     assert min(doubtful.u_deg) == pytest.approx(math.hypot(5.0 / math.sqrt(3), sure.u_deg[0]), rel=0.02)
     with pytest.raises(OioError, match="shoulder_azimuth was turned by 200 degrees, but its ends in the MJCF are 220"):
-        joined([turned_like(arm, zeros, signs, 20.0)], arm, TURN)
+        homing_from_sweeps([turned_like(arm, zeros, signs, 20.0)], arm, TURN)
 
 
 def test_a_wrap_inside_the_range_is_refused_with_what_to_do():
-    turned = Turned("elbow_flex", TURN, (-97.0, 97.0))
+    turned = JointSweep("elbow_flex", TURN, (-97.0, 97.0))
     for counts in range(3000, 4096, 50):
         turned.add(counts)
     with pytest.raises(OioError, match=r"elbow_flex jumped from 4050 to 4: .*wraps.*2048.*home again"):
@@ -263,8 +263,8 @@ def test_the_uncertainty_of_homing_reaches_the_covariance_of_the_filter(built, t
     plain, homed = built("arm"), built("arm", f"arm.homing={file}")
     law, nominal = built("range"), built("nominal")
     offsets = np.zeros(nominal.elements), np.ones(nominal.elements)
-    (_, without), (_, with_it) = (prior(a, law, nominal, *offsets) for a in (plain, homed))
-    n = Layout(5, nominal.elements).offset
+    (_, without), (_, with_it) = (nominal_prior(a, law, nominal, *offsets) for a in (plain, homed))
+    n = ParameterLayout(5, nominal.elements).offset
     more = np.degrees(np.sqrt(np.diag(with_it)[n])) ** 2 - np.degrees(np.sqrt(np.diag(without)[n])) ** 2
     assert np.sqrt(more) == pytest.approx([0.3, 0.4, 0.5, 0.6, 2.0], rel=1e-3)
 

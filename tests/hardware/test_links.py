@@ -20,9 +20,9 @@ from hardware.codecs.line import Lines, sentence
 from hardware.transport import discovery
 from hardware.transport.clock import JUMP_S, WRAP_MS, Clock, DeviceClock, suspended_ns
 from hardware.transport.device import Device, Patience
-from hardware.transport.mailbox import Arrived, Mailbox
-from hardware.transport.port import NoAnswer, Unplugged, opened
-from hardware.transport.request import asked, insisted
+from hardware.transport.mailbox import Mailbox, StampedSample
+from hardware.transport.port import NoAnswer, Unplugged, open_port
+from hardware.transport.request import request, request_until
 from oio.core.errors import BadInput, OioError
 from oio.core.records import SECOND_NS, GasSample
 
@@ -96,7 +96,7 @@ def test_the_world_clock_goes_as_fast_as_it_is_told():
 def test_a_full_mailbox_loses_the_oldest_and_says_so():
     box = Mailbox(3)
     for i in range(5):
-        box.put(Arrived(GasSample(i, 0, 1.0), i))
+        box.put(StampedSample(GasSample(i, 0, 1.0), i))
     assert [a.sample.t_ns for a in box.gas] == [2, 3, 4] and box.lost == 2
 
 
@@ -110,17 +110,17 @@ def plugged(monkeypatch, *ports):
 
 def test_a_usb_port_is_found_by_its_numbers_wherever_it_is_plugged_in(monkeypatch):
     plugged(monkeypatch, ("/dev/ttyUSB0", 0x0403, 0x6001, "A1"), ("/dev/ttyUSB1", 0x0403, 0x6001, "B2"), ("/dev/ttyS0", None, None, None))
-    assert discovery.found("usb:0403:6001:B2", "backend.nose.port", 9600, lambda wire: None) == "/dev/ttyUSB1"
+    assert discovery.resolve_port("usb:0403:6001:B2", "backend.nose.port", 9600, lambda wire: None) == "/dev/ttyUSB1"
     with pytest.raises(BadInput, match="2 ports fit: /dev/ttyUSB0, /dev/ttyUSB1"):
-        discovery.found("usb:0403:6001", "backend.nose.port", 9600, lambda wire: None)
+        discovery.resolve_port("usb:0403:6001", "backend.nose.port", 9600, lambda wire: None)
     with pytest.raises(BadInput, match=r"backend\.arm\.port=usb:1A86:55D3.*no port fits.*usb:0403:6001:A1.*hardware\.ports"):
-        discovery.found("usb:1A86:55D3", "backend.arm.port", 9600, lambda wire: None)
+        discovery.resolve_port("usb:1A86:55D3", "backend.arm.port", 9600, lambda wire: None)
 
 
 def test_a_port_that_is_not_there_is_refused_with_what_is(monkeypatch):
     plugged(monkeypatch, ("/dev/ttyUSB0", 0x0403, 0x6001, "A1"))
     with pytest.raises(BadInput, match=r"no such port.*ttyUSB0 \(usb:0403:6001:A1\)"):
-        discovery.found("/dev/ttyUSB7", "backend.nose.port", 9600, lambda wire: None)
+        discovery.resolve_port("/dev/ttyUSB7", "backend.nose.port", 9600, lambda wire: None)
 
 
 def test_ask_takes_the_port_that_answers(monkeypatch, pty):
@@ -133,7 +133,7 @@ def test_ask_takes_the_port_that_answers(monkeypatch, pty):
         wire.write(b"who?")
         return wire.read(0.3).decode() or None
 
-    assert discovery.found("ask", "backend.nose.port", 115200, knock) == slave
+    assert discovery.resolve_port("ask", "backend.nose.port", 115200, knock) == slave
     echo.join()
 
 
@@ -156,17 +156,17 @@ def pty():
 
 def test_a_port_is_opened_by_one_program_alone(pty):
     _, path = pty()
-    first = opened(path, 115200, "backend.nose.port")
+    first = open_port(path, 115200, "backend.nose.port")
     with pytest.raises(BadInput, match="another program has it open"):
-        opened(path, 115200, "backend.nose.port")
+        open_port(path, 115200, "backend.nose.port")
     first.close()
-    opened(path, 115200, "backend.nose.port").close()
+    open_port(path, 115200, "backend.nose.port").close()
 
 
 def test_nor_can_a_program_open_it_that_asks_for_no_lock(pty):
     """As most do. Root may; so the flag is asked for where the tests run as root."""
     _, path = pty()
-    wire = opened(path, 115200, "backend.nose.port")
+    wire = open_port(path, 115200, "backend.nose.port")
     held = fcntl.ioctl(wire._fd, TIOCGEXCL, b"\0" * 4)
     assert int.from_bytes(held, "little") == 1
     if os.geteuid() != 0:
@@ -177,9 +177,9 @@ def test_nor_can_a_program_open_it_that_asks_for_no_lock(pty):
 
 def test_to_close_a_port_twice_leaves_others_exclusive(pty):
     """Its number may be another's by then."""
-    wire = opened(pty()[1], 115200, "backend.nose.port")
+    wire = open_port(pty()[1], 115200, "backend.nose.port")
     wire.close()
-    other = opened(pty()[1], 115200, "backend.arm.port")
+    other = open_port(pty()[1], 115200, "backend.arm.port")
     wire._fd = other._fd
     wire.close()
     assert int.from_bytes(fcntl.ioctl(other._fd, TIOCGEXCL, b"\0" * 4), "little") == 1
@@ -188,7 +188,7 @@ def test_to_close_a_port_twice_leaves_others_exclusive(pty):
 
 def test_a_port_that_is_torn_out_is_unplugged_and_not_an_exception_of_the_system(pty):
     master, path = pty()
-    wire = opened(path, 115200, "backend.nose.port")
+    wire = open_port(path, 115200, "backend.nose.port")
     os.write(master, b"abc")
     assert wire.read(0.5) == b"abc" and wire.read(0.0) == b""
     os.close(master)
@@ -202,20 +202,20 @@ def test_a_port_that_is_torn_out_is_unplugged_and_not_an_exception_of_the_system
 
 def test_what_came_in_before_the_question_is_no_answer(pty):
     master, path = pty()
-    wire, lines = opened(path, 115200, "backend.nose.port"), Lines()
+    wire, lines = open_port(path, 115200, "backend.nose.port"), Lines()
     os.write(master, sentence("ACK", "OLD"))
     time.sleep(0.05)
     with pytest.raises(NoAnswer):
-        asked(wire, b"x", lines, lambda fields: True, 0.1)
+        request(wire, b"x", lines, lambda fields: True, 0.1)
     threading.Timer(0.5, lambda: os.write(master, sentence("NOSE", "1") + sentence("ACK", "NEW"))).start()
-    assert asked(wire, b"x", lines, lambda fields: fields[0] == "ACK", 5.0) == ("ACK", "NEW")
+    assert request(wire, b"x", lines, lambda fields: fields[0] == "ACK", 5.0) == ("ACK", "NEW")
     wire.close()
 
 
 def test_a_late_answer_to_what_is_asked_again_will_do(pty):
     """Every answer comes when the next question has been asked: none is ever in time."""
     master, path = pty()
-    wire, over = opened(path, 115200, "backend.nose.port"), threading.Event()
+    wire, over = open_port(path, 115200, "backend.nose.port"), threading.Event()
 
     def slow():
         while not over.is_set():
@@ -226,9 +226,9 @@ def test_a_late_answer_to_what_is_asked_again_will_do(pty):
     thread = threading.Thread(target=slow)
     thread.start()
     try:
-        assert insisted(wire, b"x", Lines(), lambda fields: fields[0] == "ACK", 0.2, 5.0) == ("ACK", "ID")
+        assert request_until(wire, b"x", Lines(), lambda fields: fields[0] == "ACK", 0.2, 5.0) == ("ACK", "ID")
         with pytest.raises(NoAnswer):
-            insisted(wire, b"x", Lines(), lambda fields: fields[0] == "NAK", 0.2, 0.3)
+            request_until(wire, b"x", Lines(), lambda fields: fields[0] == "NAK", 0.2, 0.3)
     finally:
         over.set()
         thread.join()
@@ -385,7 +385,7 @@ def test_leaving_says_goodbye_and_lets_the_port_go(bench, tmp_path):
     _, device = bench
     device.leave()
     assert device.driver.ended == 1 and not device.is_alive()
-    opened(str(tmp_path / "nose"), 115200, "backend.nose.port").close()
+    open_port(str(tmp_path / "nose"), 115200, "backend.nose.port").close()
 
 
 def test_a_device_that_was_never_started_can_be_left(tmp_path):

@@ -7,9 +7,9 @@ import pytest
 
 from hardware.codecs.line import sentence
 from hardware.drivers.noses.line import Line, Sentence
-from hardware.drivers.noses.poll_schedule import Pace
+from hardware.drivers.noses.poll_schedule import PollSchedule
 from hardware.drivers.noses.port import NEVER, NosePort, _noisy
-from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import NoAnswer, Unplugged
 from oio.core.errors import BadInput
@@ -21,7 +21,7 @@ PORT = {"driver": "line", "port": "/dev/null", "talker": "NOSE", "columns": ("ms
 @pytest.fixture
 def intake():
     box = Mailbox(100)
-    return Intake(box, 2, 1023.0, 3), box
+    return ReadingFilter(box, 2, 1023.0, 3), box
 
 
 def test_values_that_are_none_are_dropped_and_those_at_the_rail_counted(intake):
@@ -52,7 +52,7 @@ def test_a_coarse_converter_in_clean_air_is_not_stuck(built, overrides, noisy):
 
 def test_a_sensor_that_answers_but_measures_nothing_new_is_started_again():
     clock = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0)
-    pace = Pace(clock, 2.0, 2.0)
+    pace = PollSchedule(clock, 2.0, 2.0)
     clock.t_ns = 9 * SECOND_NS
     pace.check()
     pace.started()
@@ -65,7 +65,7 @@ def test_a_sensor_that_answers_but_measures_nothing_new_is_started_again():
 
 def test_nothing_is_asked_before_something_can_be_new():
     clock = SimpleNamespace(now_ns=lambda: clock.t_ns, t_ns=0, host_s=lambda s: 1e-3 * s)
-    pace = Pace(clock, 2.0, 2.0)
+    pace = PollSchedule(clock, 2.0, 2.0)
     assert not pace.rested()
     pace.new(0)
     clock.t_ns = SECOND_NS

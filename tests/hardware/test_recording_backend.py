@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
-from hardware.backends.recording import Playback, Recording
-from hardware.recordings.recording_parts import Part, Recorded
+from hardware.backends.recording import RecordedWorld, Recording
+from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.errors import BadInput, WorldEnded
 from oio.core.interfaces import Backend
 from oio.core.records import Event, GasReading, GasSample, JointState, Truth, nanoseconds
@@ -75,29 +75,29 @@ def backend(name: str, arm: Arm, elements: int = 2, **changes: object) -> Record
     return Recording(recording=loader, sensor=Plain(elements=elements), arm=arm)
 
 
-def steady(t_s, columns: int = 2, **more) -> Recorded:
+def steady(t_s, columns: int = 2, **more) -> RecordedRows:
     """Column j of row i holds 10 i + j."""
     t_s = np.asarray(t_s, dtype=float)
     ppm = 10.0 * np.arange(len(t_s))[:, None] + np.arange(columns)
-    return Recorded("made.csv", t_s, ppm, **{"place_m": None, "source_m": None, "release_s": 0.0, "dropped": {}} | more)
+    return RecordedRows("made.csv", t_s, ppm, **{"place_m": None, "source_m": None, "release_s": 0.0, "dropped": {}} | more)
 
 
-def still(t_s, elements: int = 2, **more) -> Playback:
+def still(t_s, elements: int = 2, **more) -> RecordedWorld:
     """A live world of one place."""
     made = Made({"none": Part(steady(t_s, **more))})
-    return Playback(Recording(recording=made, sensor=Plain(elements=elements), arm=arm("so101", 5)))
+    return RecordedWorld(Recording(recording=made, sensor=Plain(elements=elements), arm=arm("so101", 5)))
 
 
 CORNERS = np.array([[1.3, 2.8, 1.2], [2.7, 2.8, 1.2], [4.4, 2.8, 1.2], [2.7, 1.2, 1.2], [2.7, 1.2, 2.23]])
 BEACON = np.array([2.7, 0.5, 0.9])
 
 
-def array(dof: int = 3) -> Playback:
+def array(dof: int = 3) -> RecordedWorld:
     """A live world of five places: 10 rows of clean air, then gas until row 49; a second run of 60 rows to search in."""
     run = steady(np.arange(50), 5, place_m=CORNERS, source_m=BEACON, release_s=10.0)
     other = replace(steady(np.arange(60), 5, place_m=CORNERS, source_m=BEACON, release_s=10.0), name="other.csv", ppm=np.full((60, 5), 7.0))
     parts = {"none": Part(run, until_s=10.0), "beacon": Part(run, 20.0, 50.0, BEACON), "source": Part(other, 20.0, 50.0, BEACON)}
-    return Playback(Recording(recording=Made(parts), sensor=Plain(), arm=arm("gantry", dof)))
+    return RecordedWorld(Recording(recording=Made(parts), sensor=Plain(), arm=arm("gantry", dof)))
 
 
 def gas(samples) -> list[GasSample]:
@@ -229,7 +229,7 @@ def test_fewer_degrees_of_freedom_keep_to_their_line_or_plane(dof, goal, reached
 @pytest.mark.parametrize("dof", [2, 5])
 def test_an_arm_that_cannot_reach_is_refused(dof):
     with pytest.raises(BadInput, match=r"arm=gantry dof=3"):
-        Playback(Recording(recording=Made({"none": Part(steady([0, 1], 5, place_m=CORNERS))}), sensor=Plain(), arm=arm("so101", dof)))
+        RecordedWorld(Recording(recording=Made({"none": Part(steady([0, 1], 5, place_m=CORNERS))}), sensor=Plain(), arm=arm("so101", dof)))
 
 
 def test_sources_jump_in_the_file_but_not_in_time():
@@ -263,7 +263,7 @@ def test_each_file_is_accounted_for_once():
 def test_a_part_without_rows_is_refused():
     made = Made({"none": Part(steady([0, 1]), from_s=5.0)})
     with pytest.raises(BadInput, match=r"'none' needs rows from 5 .*ends at 1 s"):
-        Playback(Recording(recording=made, sensor=Plain(), arm=arm("so101", 5)))
+        RecordedWorld(Recording(recording=made, sensor=Plain(), arm=arm("so101", 5)))
 
 
 def test_the_gantry_is_its_joints():

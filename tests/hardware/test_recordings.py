@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from omegaconf import OmegaConf
 from scipy.optimize import curve_fit
 
-from hardware.recordings.delimited_text import Form, read_table
-from hardware.recordings.recording_parts import Loader, Recorded
+from hardware.recordings.delimited_text import TextFormat, read_table
+from hardware.recordings.recording_parts import Loader, RecordedRows
 from oio.core.errors import BadInput
 
 CONF = Path(__file__).resolve().parents[2] / "conf" / "recording"
@@ -24,7 +24,7 @@ NAMES = ["airscout32", "co2_scd30x4", "orebro3dsen"]
 DATA = Path(os.environ.get("OIO_DATA", "data"))
 real = pytest.mark.skipif(not (DATA / "airscout32").is_dir(), reason="no recordings here: OIO_DATA names no folder that has them")
 
-FORM = Form("utf-8-sig", ",", "t", float, ("a", "b"), 40000.0)
+FORM = TextFormat("utf-8-sig", ",", "t", float, ("a", "b"), 40000.0)
 
 
 def loader(name: str, **changes: object) -> Loader:
@@ -32,7 +32,7 @@ def loader(name: str, **changes: object) -> Loader:
     return instantiate({**OmegaConf.load(CONF / f"{name}.yaml"), **changes}, _convert_="all")
 
 
-def table(*rows: str, line_end: str = "\n", form: Form = FORM):
+def table(*rows: str, line_end: str = "\n", form: TextFormat = FORM):
     return read_table(line_end.join(["t,a,b", *rows]).encode(form.encoding), form, "made up")
 
 
@@ -75,7 +75,7 @@ def test_one_wild_stamp_costs_one_row():
 
 
 def test_mac_roman_and_a_commented_header():
-    form = Form("mac_roman", ",", "t", float, ("T (°)",), 40000.0)
+    form = TextFormat("mac_roman", ",", "t", float, ("T (°)",), 40000.0)
     got = read_table("# t,T (°)\n0,1\n1,2\n".encode("mac_roman"), form, "made up")
     assert got.values.tolist() == [[1], [2]]
 
@@ -108,7 +108,7 @@ def test_the_account_is_one_sentence():
 
 def test_the_shapes_of_a_recording_must_agree():
     with pytest.raises(ValueError, match="t_s must be"):
-        Recorded("x", np.zeros(3), np.zeros((2, 1)), None, None, 0.0, {})
+        RecordedRows("x", np.zeros(3), np.zeros((2, 1)), None, None, 0.0, {})
 
 
 def test_releases_that_leave_nothing_to_play_are_refused():
@@ -129,7 +129,7 @@ GOOD = {
 SPOILS = ["nan", "inf", "", ";", ",", "\r", "\n", "\x00", "40000", "4294967295", "end,", "-1e999", "9" * 400, "é", "١", '"', "0001-01-01"]
 
 
-def parse(name: str, data: bytes) -> Recorded | None:
+def parse(name: str, data: bytes) -> RecordedRows | None:
     """What the loader makes of the bytes; None if it refuses them."""
     chosen = loader(name)
     try:
@@ -138,7 +138,7 @@ def parse(name: str, data: bytes) -> Recorded | None:
         return None
 
 
-def check_sound(got: Recorded | None) -> None:
+def check_sound(got: RecordedRows | None) -> None:
     if got is not None:
         assert np.all(np.isfinite(got.ppm)) and got.t_s[0] == 0 and np.all(np.diff(got.t_s) > 0) and len(got.account) < 500
 
@@ -198,7 +198,7 @@ def test_parser_real_other_instruments(file, time, column, reasons):
     if not path.is_file():
         pytest.skip(f"{file} is not here")
     data = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
-    got = read_table(data, Form("utf-8-sig", ",", time, clock if time == "date" else float, (column,), 40000.0), file)
+    got = read_table(data, TextFormat("utf-8-sig", ",", time, clock if time == "date" else float, (column,), 40000.0), file)
     assert reasons <= set(got.dropped) and len(got.t_s) > 1000
 
 
@@ -208,7 +208,7 @@ def test_parser_real_without_stamps_is_refused():
     if not path.is_file():
         pytest.skip("smellnet is not here")
     with pytest.raises(BadInput, match="no header"):
-        read_table(path.read_bytes(), Form("utf-8-sig", ",", "Time", float, ("Benzene",), np.inf), path.name)
+        read_table(path.read_bytes(), TextFormat("utf-8-sig", ",", "Time", float, ("Benzene",), np.inf), path.name)
 
 
 @real

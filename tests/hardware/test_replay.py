@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.backends.replay import Played, Replay
+from hardware.backends.replay import Replay, ReplayedWorld
 from oio.core.errors import BadInput, WorldEnded
 from oio.core.interfaces import Backend
 from oio.core.records import SECOND_NS, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
 from oio.kinematics.arm import Arm
 from oio.log import RunLog, read_samples
-from oio.runtime.guarded_world import Watched, move_text
+from oio.runtime.guarded_world import GuardedWorld, move_text
 from oio.testing import check_backend
 
 TICK_NS = 20_000_000
@@ -167,7 +167,7 @@ def test_the_words_are_those_of_the_pipeline(tmp_path: Path) -> None:
 
     def run(world: Any, path: Path) -> list[WorldSample]:
         with create(path) as log:
-            watched = Watched(world, cast(Arm, Home()), log)
+            watched = GuardedWorld(world, cast(Arm, Home()), log)
             watched.present("beacon")
             watched.move(np.array([1 / 3]))
             for _ in watched.samples(0.4):
@@ -195,7 +195,7 @@ def logged(path: Path, marks: bool = True) -> Path:
     return path
 
 
-def times(world: Played, for_s: float) -> list[int]:
+def times(world: ReplayedWorld, for_s: float) -> list[int]:
     return [s.t_ns for s in world.samples(for_s) if isinstance(s, JointState)]
 
 

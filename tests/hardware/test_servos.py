@@ -7,18 +7,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hardware.drivers.servos.bus import Felt, Health
-from hardware.drivers.servos.finite_differences import Differences
-from hardware.drivers.servos.fixed_mount import Standing
-from hardware.drivers.servos.jitter import Rhythm
+from hardware.drivers.servos.bus import ServoHealth, ServoState
+from hardware.drivers.servos.finite_differences import FiniteDifferences
+from hardware.drivers.servos.fixed_mount import FixedMount
+from hardware.drivers.servos.jitter import Jitter
 from hardware.drivers.servos.port import BUSES, ArmPort
 from hardware.drivers.servos.servo_arm import ServoArm
-from hardware.drivers.servos.tracking_error import Astray
+from hardware.drivers.servos.tracking_error import TrackingErrorMonitor
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import NoAnswer
 from oio.core.errors import BadInput, OioError
 from oio.core.records import SECOND_NS, nanoseconds
-from oio.gas.source import whole
+from oio.gas.source import unlocked
 
 
 class Servos:
@@ -45,7 +45,7 @@ class Servos:
         self.clock.sleep(0.001)
         if self.missing:
             raise NoAnswer("servo does not answer")
-        return Felt(self.counts.copy(), self.load.copy(), self.complaint)
+        return ServoState(self.counts.copy(), self.load.copy(), self.complaint)
 
     def goals(self, wire, ids, counts):
         if self.deaf:
@@ -59,7 +59,7 @@ class Servos:
 
     def health(self, wire, servo):
         goal = self.told[-1][servo - 1] if self.told else 1000
-        return Health(self.on is True, int(goal), 7.4, self.temperature)
+        return ServoHealth(self.on is True, int(goal), 7.4, self.temperature)
 
 
 ROUND = np.array([1.0, 0.0, 0.0, 0.0, 0.0])  # about the base: the nose keeps its height
@@ -90,7 +90,7 @@ def made(built, monkeypatch):
 
     def make(off=0.0, dof=5, **port):
         arm, safety = built("arm", f"dof={dof}"), built("safety")
-        home = whole(arm).home + off
+        home = unlocked(arm).home + off
         bus = Servos(np.rint(2048 + home * 4096 / (2 * np.pi)).astype(int))
         bus.clock = clock = Stepped()
         monkeypatch.setitem(BUSES, "feetech", lambda: bus)
@@ -273,7 +273,7 @@ def test_at_the_end_it_stops_and_lets_go_only_if_asked(made, release):
     driver.move(arm.home + 0.3 * ROUND, 4.0)
     turns(driver, 1.0)
     driver.end(None)
-    assert bus.on is (not release) and np.max(np.abs(radians(bus.told[-1]) - whole(arm).home - 0.3 * ROUND)) > 0.05
+    assert bus.on is (not release) and np.max(np.abs(radians(bus.told[-1]) - unlocked(arm).home - 0.3 * ROUND)) > 0.05
 
 
 def test_moves_come_from_another_thread_than_turns(made):
@@ -300,7 +300,7 @@ def test_moves_come_from_another_thread_than_turns(made):
 
 
 def test_standing_joints_come_in_their_rhythm_and_only_home_is_a_goal(built):
-    standing = Standing(built("arm"), 0.01)
+    standing = FixedMount(built("arm"), 0.01)
     states = standing.until(nanoseconds(0.1)) + standing.until(nanoseconds(0.2))
     assert [s.t_ns for s in states] == [round(i * 1e7) for i in range(21)] and all(np.all(s.q == built("arm").home) for s in states)
     assert standing.move(built("arm").home, 1.0) == 1.0
@@ -309,13 +309,13 @@ def test_standing_joints_come_in_their_rhythm_and_only_home_is_a_goal(built):
 
 
 def test_velocity_and_acceleration_are_differences():
-    made = Differences()
+    made = FiniteDifferences()
     states = [made.state(i * SECOND_NS // 100, np.array([0.5 * 3.0 * (i / 100) ** 2])) for i in range(10)]
     assert states[-1].dq[0] == pytest.approx(3.0 * 0.085, rel=1e-6) and states[-1].ddq[0] == pytest.approx(3.0, rel=1e-6)
 
 
 def test_rhythm_is_mean_spread_and_longest():
-    rhythm, periods = Rhythm(), np.array([10, 12, 8, 30, 10]) * 1_000_000
+    rhythm, periods = Jitter(), np.array([10, 12, 8, 30, 10]) * 1_000_000
     for t_ns in np.concatenate([[0], np.cumsum(periods)]):
         rhythm.beat(int(t_ns))
     assert rhythm.hz == pytest.approx(1e9 / np.mean(periods)) and rhythm.jitter_s == pytest.approx(np.std(periods, ddof=1) * 1e-9)
@@ -323,7 +323,7 @@ def test_rhythm_is_mean_spread_and_longest():
 
 
 def test_astray_is_far_and_for_long():
-    astray, home = Astray(("a", "b"), 10.0, 1.0), np.zeros(2)
+    astray, home = TrackingErrorMonitor(("a", "b"), 10.0, 1.0), np.zeros(2)
     far = np.array([0.0, 0.3])
     assert astray.feel(0.0, far, home) is None and astray.feel(0.9, far, home) is None
     assert astray.feel(0.95, home, home) is None and astray.feel(1.9, far, home) is None  # it came back: counted anew

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from hardware.drivers.valves.port import ValvePort
-from hardware.drivers.valves.valve_driver import BEAT_S, DEAF_S
+from hardware.drivers.valves.valve_driver import HEARTBEAT_S, NO_ANSWER_S
 from hardware.emulators import options
-from hardware.emulators.emulated_bench import emulated
+from hardware.emulators.emulated_bench import emulate_bench
 from hardware.emulators.line import HOLD_S
 from hardware.transport.device import Patience
 from oio.core import interrupt
@@ -27,7 +27,7 @@ def bench(built, tmp_path):
     """Running, with a valve; `bench.gas` is what the valve let out, in order."""
     words = {"nose": "scd30", "arm": "none", "speed": "4", "out": str(tmp_path)}
     chosen, overrides = options.read([f"{key}={value}" for key, value in words.items()], KEYS)
-    with emulated(chosen, built("backend", "air=steady", "dof=3", *overrides)) as made:
+    with emulate_bench(chosen, built("backend", "air=steady", "dof=3", *overrides)) as made:
         device, gas = made.loop._served["valve"]._device, []
         let_out = device._present
         device._present = lambda source: (gas.append(source), let_out(source))
@@ -81,10 +81,10 @@ def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
         beats, beat = [], valve._beat
         monkeypatch.setattr(valve, "_beat", lambda: (beats.append(valve._told), beat()))
         with valve._lock:
-            time.sleep(1.5 * BEAT_S)
+            time.sleep(1.5 * HEARTBEAT_S)
             assert beats == []
         valve.present("none", interrupt.check)
-        time.sleep(2.5 * BEAT_S)
+        time.sleep(2.5 * HEARTBEAT_S)
         assert set(beats) == {"V0"} and gas == ["none", "beacon", "none"]
 
 
@@ -140,7 +140,7 @@ def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(benc
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         valve.present("beacon", interrupt.check)
         made.loop._asked_s, made.loop._schedule = 0.0, [options.Fault("valve", "busy", 0.0, 1e9)]
-        until_s = time.monotonic() + 3.0 * DEAF_S
+        until_s = time.monotonic() + 3.0 * NO_ANSWER_S
         while (news := valve.watch()) is None and time.monotonic() < until_s:
             time.sleep(0.02)
         assert news == "backend.valve line: does not answer"
@@ -169,7 +169,7 @@ def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
         monkeypatch.setattr(interrupt, "_asked", [2])
         with pytest.raises(KeyboardInterrupt):
             valve.present("beacon", interrupt.check)
-        time.sleep(1.5 * BEAT_S)
+        time.sleep(1.5 * HEARTBEAT_S)
         assert "beacon" not in gas  # what was stopped is not told by the next beat either
     assert gas[-1] == "none"  # it is closed nevertheless
 

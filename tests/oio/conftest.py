@@ -9,10 +9,10 @@ import pytest
 from oio.core.records import GasReading, JointState, nanoseconds
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.trace import Sniffs
-from oio.inference.forward_model import Layout, Problem
+from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.map_fit import Fit
-from oio.inference.prior import Knowledge, prior
-from oio.inference.state_space import Model
+from oio.inference.prior import Prior, nominal_prior
+from oio.inference.state_space import StateSpace
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import smooth
 
@@ -31,13 +31,13 @@ class Lab:
         self.nominal = replace(
             built("nominal"), rise_s=RISE_S, fall_s=FALL_S, elements=elements, sigma_ppm=SIGMA_PPM, gain_u=0.05, tau_u=0.05
         )
-        self.wander, self.layout = built("wander"), Layout(dof, elements)
-        self.mean, self.cov = prior(self.arm, self.law, self.nominal, np.full(elements, 0.2), np.full(elements, 0.02))
-        self.model = Model(self.arm, self.law, self.wander, RISE_S, FALL_S, (1.0,) * elements, NOISE, SIGMA_PPM, Noise.nominal())
+        self.wander, self.layout = built("wander"), ParameterLayout(dof, elements)
+        self.mean, self.cov = nominal_prior(self.arm, self.law, self.nominal, np.full(elements, 0.2), np.full(elements, 0.02))
+        self.model = StateSpace(self.arm, self.law, self.wander, RISE_S, FALL_S, (1.0,) * elements, NOISE, SIGMA_PPM, Noise.nominal())
 
     @property
     def known(self):
-        return Knowledge(self.mean, self.cov, self.model)
+        return Prior(self.mean, self.cov, self.model)
 
     def theta(self):
         """A truth drawn from the prior, its source somewhere in front of the arm and of some strength."""

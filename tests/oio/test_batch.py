@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from oio.gas.fluctuation import whiten
 from oio.gas.range_law import LAW
 from oio.inference.forward_model import Problem
-from oio.inference.map_fit import solve, strayed_m
+from oio.inference.map_fit import discrepancy_m, solve
 
 
 def moved(problem, theta, j, h):
@@ -156,7 +156,7 @@ def test_turning_the_world_turns_the_answer(lab, angle):
 
 
 def told(lab, stray):
-    """A problem whose law strays by so much, its truth, and what `strayed_m` wants besides."""
+    """A problem whose law strays by so much, its truth, and what `discrepancy_m` wants besides."""
     made = lab(3, 1, seed=13)
     theta = made.theta()
     problem = replace(made.problem(theta), law=replace(made.law, stray=stray))
@@ -173,19 +173,19 @@ def afar(along, factor):
 def test_a_plume_that_strays_displaces_by_its_straying_and_the_distance(lab, stray, more, away):
     """d r = r d(ln c) / n: in proportion to both, and the less the steeper the law."""
     problem, theta, rows, along = told(lab, stray)
-    here = strayed_m(problem, theta, rows, along)
+    here = discrepancy_m(problem, theta, rows, along)
     there = replace(problem, law=replace(problem.law, stray=more * stray))
-    assert strayed_m(there, theta, rows, along) == pytest.approx(more * here)
-    assert strayed_m(problem, theta, rows, afar(along, away)) == pytest.approx(away * here)
+    assert discrepancy_m(there, theta, rows, along) == pytest.approx(more * here)
+    assert discrepancy_m(problem, theta, rows, afar(along, away)) == pytest.approx(away * here)
     steep = np.array(theta)
     steep[problem.layout.exponent] *= away
-    assert strayed_m(problem, steep, rows, along) == pytest.approx(here / away)
+    assert discrepancy_m(problem, steep, rows, along) == pytest.approx(here / away)
 
 
 def test_a_plume_of_the_law_displaces_nothing(lab):
     problem, theta, rows, along = told(lab, 0.0)
-    assert strayed_m(problem, theta, rows, along) == 0.0
-    assert np.all(np.isfinite(strayed_m(problem, theta, np.zeros_like(rows), along)))  # nothing was smelt
+    assert discrepancy_m(problem, theta, rows, along) == 0.0
+    assert np.all(np.isfinite(discrepancy_m(problem, theta, np.zeros_like(rows), along)))  # nothing was smelt
 
 
 def test_the_distance_is_that_of_the_readings_that_tell(lab):
@@ -193,15 +193,15 @@ def test_the_distance_is_that_of_the_readings_that_tell(lab):
     r_m = along.field.r_m[along.at]
     alone = np.zeros_like(rows)
     alone[7] = rows[7]
-    assert strayed_m(problem, theta, alone, along) == pytest.approx(0.2 * r_m[7] / theta[problem.layout.exponent])
-    assert 0.2 * r_m.min() <= theta[problem.layout.exponent] * strayed_m(problem, theta, rows, along) <= 0.2 * r_m.max()
+    assert discrepancy_m(problem, theta, alone, along) == pytest.approx(0.2 * r_m[7] / theta[problem.layout.exponent])
+    assert 0.2 * r_m.min() <= theta[problem.layout.exponent] * discrepancy_m(problem, theta, rows, along) <= 0.2 * r_m.max()
 
 
 def test_straying_is_a_length_in_any_unit(lab):
     """Metres to millimetres: distances a thousand times, what a reading tells of a place a thousandth."""
     problem, theta, rows, along = told(lab, 0.2)
-    in_mm = strayed_m(problem, theta, rows / 1e3, afar(along, 1e3))
-    assert in_mm == pytest.approx(1e3 * strayed_m(problem, theta, rows, along), rel=1e-12)
+    in_mm = discrepancy_m(problem, theta, rows / 1e3, afar(along, 1e3))
+    assert in_mm == pytest.approx(1e3 * discrepancy_m(problem, theta, rows, along), rel=1e-12)
 
 
 def test_more_sniffs_do_not_average_straying(lab):
@@ -212,6 +212,6 @@ def test_more_sniffs_do_not_average_straying(lab):
     fit = solve(problem, theta, calm)
     expected = problem.predict(fit.mean)
     rows = whiten(expected.rows, expected.along, calm).rows
-    strays = strayed_m(problem, fit.mean, rows[:, :3], expected.along)
+    strays = discrepancy_m(problem, fit.mean, rows[:, :3], expected.along)
     alone = np.trace(np.linalg.inv(rows.T @ rows + np.linalg.inv(problem.cov))[:3, :3])
     assert alone < 0.5 * strays**2 and np.trace(fit.cov[:3, :3]) == pytest.approx(alone + strays**2, rel=1e-6)

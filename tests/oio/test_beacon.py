@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oio.gas.fluctuation import Fluctuation
-from oio.inference.beacon_fit import _strayed, beacon_problem, fit_beacon
+from oio.inference.beacon_fit import _fit_discrepancy, beacon_problem, fit_beacon
 
 CALM = Fluctuation(1.0, 0.02, 0.3)
 SEEDS = (900, 901, 902)
@@ -44,7 +44,7 @@ def test_free_play_and_straying_are_those_that_made_the_readings(lab, play_m, st
         for before in ((0.003, 0.2), (0.001, 0.0)):
             begun = beginning(problem, *before)
             expected = begun.predict(theta)
-            found.add(_strayed(begun, CALM, begun.residual(theta, expected.ppm), expected.along))
+            found.add(_fit_discrepancy(begun, CALM, begun.residual(theta, expected.ppm), expected.along))
         (law,) = found
         assert steps_off(law.nose_u_m, play_m, PLAYS_M) < 2 and steps_off(law.stray, stray, STRAYS) < 2
         right += (law.nose_u_m, law.stray) == (play_m, stray)
@@ -69,7 +69,7 @@ def test_calm_is_believed_on_strong_evidence_only(lab):
             begun = beginning(problem, 0.003, 0.2)
             begun = replace(begun, law=replace(begun.law, usual_nose_u_m=0.002, usual_stray=0.1, calm_evidence=evidence))
             expected = begun.predict(theta)
-            law = _strayed(begun, CALM, begun.residual(theta, expected.ppm), expected.along)
+            law = _fit_discrepancy(begun, CALM, begun.residual(theta, expected.ppm), expected.along)
             assert (law.stray <= 0.05) == calm
             assert calm or (law.nose_u_m, law.stray) == (0.002, 0.1)
 

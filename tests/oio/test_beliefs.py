@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from oio.core.errors import BadInput
 from oio.inference import belief_map as belief_map_module
-from oio.inference.belief_map import mirrored, problem_of, spheres_of, with_strength, without_source
+from oio.inference.belief_map import fit_strength, mirror_start, range_spheres, readings_without_source, search_problem
 from oio.inference.map_fit import Fit, solve
 
 
@@ -33,7 +33,7 @@ def narrow(lab, dof, seed):
     theta = np.array(made.mean)
     theta[:3], theta[3] = made.rng.uniform([0.22, -0.2, 0.1], [0.42, 0.2, 0.28]), np.log(20.0)
     sniffs = made.problem(theta, poses=6).sniffs
-    return made, sniffs, solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+    return made, sniffs, solve(search_problem(sniffs, made.known), theta, made.model.fluctuation)
 
 
 def finds(belief_map, made, sniffs, best):
@@ -82,8 +82,8 @@ def test_the_mirror_point_is_tried(lab, built, monkeypatch):
     monkeypatch.setattr(belief_map_module, "mirrored", as_it_is)
     (wrong,) = coarse.locate(sniffs, made.known)
     assert wrong.chi2 > best.chi2 + 20.0 and not finds(coarse, made, sniffs, best)
-    problem, noise = problem_of(sniffs, made.known), made.model.fluctuation
-    right = solve(problem, mirrored(problem, wrong.mean, noise.gamma), noise)
+    problem, noise = search_problem(sniffs, made.known), made.model.fluctuation
+    right = solve(problem, mirror_start(problem, wrong.mean, noise.gamma), noise)
     assert np.linalg.norm(right.mean[:3] - best.mean[:3]) < 0.02
 
 
@@ -92,12 +92,12 @@ def test_a_mirror_point_smells_alike_from_the_plane_and_has_the_source_for_its_o
     made = lab(1, 1, seed=7)
     theta = made.theta()
     theta[5:8] = 0.0
-    problem = problem_of(made.problem(theta, quiet=True).sniffs, made.known)
-    there = mirrored(problem, theta, 0.3)
+    problem = search_problem(made.problem(theta, quiet=True).sniffs, made.known)
+    there = mirror_start(problem, theta, 0.3)
     assert abs(there[2] - theta[2]) > 0.02
     np.testing.assert_allclose(there[:2], theta[:2], atol=1e-9)
     np.testing.assert_allclose(problem.expect(there), problem.expect(theta), rtol=0.02)
-    np.testing.assert_allclose(mirrored(problem, there, 0.3)[:3], theta[:3], atol=1e-9)
+    np.testing.assert_allclose(mirror_start(problem, there, 0.3)[:3], theta[:3], atol=1e-9)
 
 
 @pytest.mark.parametrize("none", [{"shell": 0}, {"shells_m": ()}, {"restarts": 0}])
@@ -134,15 +134,15 @@ def test_one_joint_does_not_pretend_to_a_place(lab, built):
 def test_strength_is_that_of_least_squares(lab):
     made = lab(3, 1, seed=5)
     theta = made.theta()
-    problem = problem_of(made.problem(theta, quiet=True).sniffs, made.known)
+    problem = search_problem(made.problem(theta, quiet=True).sniffs, made.known)
     start = np.array(theta)
     start[3] = 0.0
-    left = without_source(problem, start)
-    cost, found = with_strength(problem, start, 0.3, left)
+    left = readings_without_source(problem, start)
+    cost, found = fit_strength(problem, start, 0.3, left)
     assert found[3] == pytest.approx(theta[3], abs=0.05)  # rise and fall hold at other times while the strength is wrong
     np.testing.assert_array_equal(np.delete(found, 3), np.delete(theta, 3))
     elsewhere = start + np.array([0.1, 0.0, 0.0, *[0.0] * (len(start) - 3)])
-    assert 10 * cost < with_strength(problem, elsewhere, 0.3, left)[0]
+    assert 10 * cost < fit_strength(problem, elsewhere, 0.3, left)[0]
 
 
 def test_spheres_have_the_radii_of_the_law(lab):
@@ -153,7 +153,7 @@ def test_spheres_have_the_radii_of_the_law(lab):
     theta[4] = 1.3
     problem = made.problem(theta, poses=5, stay_s=9.0, quiet=True)
     fit = Fit(made.layout, theta, made.cov, 0.0, 0.0, made.model.fluctuation, len(problem.sniffs.ppm), made.law)
-    centres, radii = spheres_of(problem.sniffs, fit, made.arm, made.law, 5)
+    centres, radii = range_spheres(problem.sniffs, fit, made.arm, made.law, 5)
     distance = np.linalg.norm(centres - theta[:3], axis=1)
     assert len(radii) == 5 and np.ptp(distance) > 0.03
     np.testing.assert_allclose(radii, np.hypot(distance, made.law.radius_m), rtol=0.01)
@@ -169,5 +169,5 @@ def test_a_strength_that_was_told_is_begun_with_and_kept(lab, built, u):
         made.model = replace(made.model, law=made.law)
         sniffs = made.problem(theta, poses=4).sniffs
         best = built("belief_map").locate(sniffs, made.known)[0]
-        assert best.chi2 < solve(problem_of(sniffs, made.known), theta, made.model.fluctuation).chi2 + 0.1
+        assert best.chi2 < solve(search_problem(sniffs, made.known), theta, made.model.fluctuation).chi2 + 0.1
         assert abs(best.mean[3] - theta[3]) < 4.0 * u

@@ -9,7 +9,7 @@ import pytest
 from oio.bench import __main__ as command
 from oio.bench.drift_table import rows
 from oio.bench.drift_trial import Case, Times, run_trial
-from oio.bench.filter_workload import Step, begun, course, matrices
+from oio.bench.filter_workload import Step, first_belief, matrices, workload
 from oio.bench.filters import timed
 from oio.bench.nose_error import NoseLog, Off, errors, off
 from oio.bench.trial import setting
@@ -98,19 +98,19 @@ def test_mistakes_are_refused_in_one_paragraph(words, said, capsys, tmp_path, mo
 
 @pytest.fixture(scope="module")
 def way():
-    return course(setting(("sensor=ec", "dof=5"))[1], 12)
+    return workload(setting(("sensor=ec", "dof=5"))[1], 12)
 
 
 def test_the_course_surprises_nobody(way):
     estimator = Ekf(gate_nis=25.0)
-    belief = begun(estimator, way)
+    belief = first_belief(estimator, way)
     for joints, reading in zip(way.joints, way.readings, strict=True):
         belief, innovation = estimator.update(way.model, estimator.predict(way.model, belief, joints), reading)
         assert innovation.residual[0] == pytest.approx(0.0, abs=1e-9) and not innovation.gated
 
 
 def test_filterpy_gets_the_matrices_of_the_plain_filter(way):
-    estimator, belief = Ekf(gate_nis=25.0), begun(Ekf(gate_nis=25.0), way)
+    estimator, belief = Ekf(gate_nis=25.0), first_belief(Ekf(gate_nis=25.0), way)
     for step, joints, reading in zip(matrices(way), way.joints, way.readings, strict=True):
         assert isinstance(step, Step)
         assert belief.mean == pytest.approx(step.mean, rel=1e-9, abs=1e-12)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from oio.gas.fluctuation import Fluctuation, whiten
-from oio.inference.belief_map import problem_of
-from oio.inference.bounds import at_truth, cramer_rao, of_source, posterior, van_trees
+from oio.inference.belief_map import search_problem
+from oio.inference.bounds import at_truth, cramer_rao, of_source, posterior_cramer_rao, van_trees
 from oio.inference.map_fit import solve
-from oio.inference.prior import Knowledge
+from oio.inference.prior import Prior
 
 
 def test_the_fit_does_not_beat_the_bound_and_comes_near_it(lab):
@@ -18,7 +18,7 @@ def test_the_fit_does_not_beat_the_bound_and_comes_near_it(lab):
         made = lab(3, 1, seed=300 + seed)
         theta = made.theta()
         sniffs = made.problem(theta, poses=12).sniffs
-        fit = solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+        fit = solve(search_problem(sniffs, made.known), theta, made.model.fluctuation)
         ratios.append(np.linalg.norm(fit.mean[:3] - theta[:3]) / cramer_rao(sniffs, made.known, theta).rms_m)
     efficiency = np.sqrt(np.mean(np.square(ratios)))
     assert 0.8 * 0.8 < efficiency < 2.0, efficiency  # 0.8, and the scatter of an RMS of 20
@@ -31,7 +31,7 @@ def test_more_readings_and_calmer_air_lower_the_bound(lab):
     sniffs = made.problem(theta, poses=12).sniffs
     whole, half = (cramer_rao(s, made.known, theta).rms_m for s in (sniffs, sniffs.between(0.0, 12.0)))
     assert 0 < whole < half
-    calm = Knowledge(made.mean, made.cov, replace(made.model, fluctuation=Fluctuation(1.0, 0.02, 0.3)))
+    calm = Prior(made.mean, made.cov, replace(made.model, fluctuation=Fluctuation(1.0, 0.02, 0.3)))
     assert cramer_rao(sniffs, calm, theta).rms_m < whole
 
 
@@ -39,7 +39,7 @@ def test_knowing_the_nuisances_less_raises_the_bound(lab):
     made = lab(3, 1, seed=2)
     theta = made.theta()
     sniffs = made.problem(theta, poses=12).sniffs
-    vague = Knowledge(made.mean, 4.0 * made.cov, made.model)
+    vague = Prior(made.mean, 4.0 * made.cov, made.model)
     assert cramer_rao(sniffs, vague, theta).rms_m > cramer_rao(sniffs, made.known, theta).rms_m
 
 
@@ -48,7 +48,7 @@ def test_the_bound_does_not_hang_on_what_was_believed_of_the_source(lab):
     theta = made.theta()
     sniffs, cov = made.problem(theta, poses=12).sniffs, np.array(made.cov)
     cov[range(4), range(4)] *= 1e-2
-    sure = Knowledge(made.mean, cov, made.model)
+    sure = Prior(made.mean, cov, made.model)
     assert cramer_rao(sniffs, sure, theta).rms_m == pytest.approx(cramer_rao(sniffs, made.known, theta).rms_m, rel=1e-6)
 
 
@@ -65,7 +65,7 @@ def test_at_truth_keeps_the_place_and_finds_the_strength(lab):
 def problem_and_information(made, poses=12):
     theta = made.theta()
     sniffs = made.problem(theta, poses=poses).sniffs
-    problem = problem_of(sniffs, made.known)
+    problem = search_problem(sniffs, made.known)
     expected = problem.predict(theta)
     rows = whiten(expected.rows, expected.along, made.model.fluctuation).rows
     return sniffs, theta, problem, rows.T @ rows
@@ -120,8 +120,8 @@ def test_no_reading_of_a_source_has_no_bound(lab):
 def test_the_mean_bound_is_that_of_one_truth_if_the_prior_knows_it(lab):
     made = lab(3, 1, seed=10)
     sniffs, _, problem, _ = problem_and_information(made)
-    known = Knowledge(made.mean, made.cov, made.model)
-    one = posterior(sniffs, known, StandsStill(), 3).cov
+    known = Prior(made.mean, made.cov, made.model)
+    one = posterior_cramer_rao(sniffs, known, StandsStill(), 3).cov
     np.testing.assert_allclose(one, van_trees(sniffs, known, problem.mean).cov, rtol=1e-6)
 
 
@@ -139,7 +139,7 @@ def test_the_mean_bound_lies_below_the_mean_of_the_bounds_and_repeats_with_its_s
     draws, root = 12, np.linalg.cholesky(problem.cov)
     truths = problem.mean + np.random.default_rng(3).standard_normal((draws, len(root))) @ root.T
     each = [np.trace(van_trees(sniffs, made.known, theta).cov) for theta in truths]
-    mean, again = (posterior(sniffs, made.known, np.random.default_rng(3), draws).rms_m for _ in range(2))
+    mean, again = (posterior_cramer_rao(sniffs, made.known, np.random.default_rng(3), draws).rms_m for _ in range(2))
     assert mean == again and 0 < mean**2 < np.mean(each)
 
 
@@ -159,8 +159,8 @@ def test_the_mean_error_over_truths_from_the_prior_does_not_beat_the_posterior_b
     made = lab(3, 1, seed=12)
     lay, squares = made.layout, []
     sniffs = made.problem(made.theta(), poses=8).sniffs
-    bound = posterior(sniffs, made.known, np.random.default_rng(0), 200)
-    problem = problem_of(sniffs, made.known)
+    bound = posterior_cramer_rao(sniffs, made.known, np.random.default_rng(0), 200)
+    problem = search_problem(sniffs, made.known)
     root = np.linalg.cholesky(problem.cov)
     for _ in range(30):
         theta = problem.mean + root @ made.rng.standard_normal(lay.size)

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
 from oio.core.records import GasReading
-from oio.gas.bouts import Baseline, BoutDetector, BoutRule, baseline, effective_samples
+from oio.gas.bouts import BoutDetector, BoutRule, ElementBaseline, effective_samples, element_baseline
 
-CLEAN = Baseline(ppm=10.0, sigma_ppm=1.0, highest_ppm=11.0, n=5, n_effective=5.0)
+CLEAN = ElementBaseline(ppm=10.0, sigma_ppm=1.0, highest_ppm=11.0, n=5, n_effective=5.0)
 
 
 def rule(differential="smoothed", above="max", windows=None):
@@ -55,7 +55,7 @@ def test_max_and_three_sigma_are_different_thresholds():
 
 
 def test_each_element_has_its_own_offset():
-    other = Baseline(ppm=50.0, sigma_ppm=1.0, highest_ppm=51.0, n=5, n_effective=5.0)
+    other = ElementBaseline(ppm=50.0, sigma_ppm=1.0, highest_ppm=51.0, n=5, n_effective=5.0)
     steps = fed([10.0, 50.0, 12.0, 54.0], k=2, baselines=(CLEAN, other))
     assert steps[:3] == [None, None, None]  # the second element is not known, then the window is not full, then there is no y'_{t-1}
     assert (steps[3].smoothed_ppm, steps[3].delta_ppm) == (2.0, 1.5)  # y = 0, 1, 3; y' = 0.5, 2
@@ -64,7 +64,7 @@ def test_each_element_has_its_own_offset():
 
 @given(st.lists(st.floats(0, 100), min_size=6, max_size=30), st.floats(-50, 50))
 def test_an_offset_of_sensor_and_baseline_changes_nothing(values, offset):
-    moved = Baseline(10.0 + offset, 1.0, 11.0 + offset, 5, 5.0)
+    moved = ElementBaseline(10.0 + offset, 1.0, 11.0 + offset, 5, 5.0)
     here, there = fed(values, k=3), fed([v + offset for v in values], k=3, baselines=(moved,))
     for a, b in zip(here[3:], there[3:], strict=True):
         assert a.smoothed_ppm == pytest.approx(b.smoothed_ppm, abs=1e-9)
@@ -74,7 +74,7 @@ def test_an_offset_of_sensor_and_baseline_changes_nothing(values, offset):
 @pytest.mark.parametrize("k", [3, 5, 7, 11])
 def test_on_noise_the_papers_rule_fires_a_quarter_of_the_time_above_the_mean(k):
     rng = np.random.default_rng(k)
-    mean = Baseline(0.0, 1.0, 0.0, 5, 5.0)  # its highest reading is its mean: the rule against the mean
+    mean = ElementBaseline(0.0, 1.0, 0.0, 5, 5.0)  # its highest reading is its mean: the rule against the mean
     fired = np.mean([s.fired for s in fed(rng.standard_normal(8000), k=k, baselines=(mean,)) if s])
     assert 0.21 < fired < 0.29
 
@@ -83,7 +83,7 @@ def test_against_the_highest_reading_it_fires_seldom():
     rng, rates = np.random.default_rng(0), []
     for _ in range(60):
         y = rng.standard_normal(5)
-        clean = Baseline(float(np.mean(y)), 1.0, float(np.max(y)), 5, 5.0)
+        clean = ElementBaseline(float(np.mean(y)), 1.0, float(np.max(y)), 5, 5.0)
         rates.append(np.mean([s.fired for s in fed(rng.standard_normal(200), k=5, baselines=(clean,)) if s]))
     assert 0.005 < np.mean(rates) < 0.08
 
@@ -113,14 +113,14 @@ def test_effective_number_is_the_variance_of_a_mean():
 
 def test_baseline_of_five_readings():
     ppm = np.array([10.0, 12.0, 11.0, 9.0, 13.0])
-    b = baseline(ppm, dt_s=1e6, tau_s=1.0, nominal_sigma_ppm=0.1)
+    b = element_baseline(ppm, dt_s=1e6, tau_s=1.0, nominal_sigma_ppm=0.1)
     assert (b.ppm, b.highest_ppm, b.n) == (11.0, 13.0, 5)
     assert b.sigma_ppm == pytest.approx(np.std(ppm, ddof=1))
     assert b.u_ppm == pytest.approx(b.sigma_ppm / np.sqrt(5))
 
 
 def test_five_readings_on_one_count_are_luck_not_silence():
-    b = baseline(np.full(5, 7.0), dt_s=1.0, tau_s=1.0, nominal_sigma_ppm=2.0)
+    b = element_baseline(np.full(5, 7.0), dt_s=1.0, tau_s=1.0, nominal_sigma_ppm=2.0)
     assert b.sigma_ppm == 1.0 and b.n_effective == pytest.approx(5.0)  # white noise of the electronics is not lagged
 
 

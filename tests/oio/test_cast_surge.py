@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from oio.core.errors import BadInput
 from oio.gas.range_law import LAW
 from oio.search.cast_surge import CastSurge, across
-from oio.search.step_planning import diagonal_m, tangent
+from oio.search.step_planning import box_diagonal_m, tangent_directions
 from oio.search.view import Move, View
 
 CAST = CastSurge(surge=0.06, widen=0.03, widest=0.3, hit=0.15, fade=0.8, windy_per_m=3.0)
@@ -45,7 +45,7 @@ def after(view, moves, smelt=(0.0, 0.0)):
 def test_casts_widen_while_nothing_is_smelt(room, k):
     _, noses = after(windy(room, k), 5)  # the ceiling is near
     wide = np.linalg.norm(noses - room.arm.nose(room.arm.home), axis=1)
-    np.testing.assert_allclose(wide, CAST.widen * diagonal_m(room) * np.arange(1, 6), atol=0.02)
+    np.testing.assert_allclose(wide, CAST.widen * box_diagonal_m(room) * np.arange(1, 6), atol=0.02)
 
 
 @pytest.mark.parametrize("dof", [2, 3, 5])
@@ -70,7 +70,7 @@ def test_when_the_casts_are_widest_the_plume_is_looked_for_anywhere(room):
 def test_hits_surge_upwind(room):
     _, noses = after(windy(room), 3, (0.5, 10.0))  # the first is a cast: nothing was smelt before it
     steps = np.diff(noses, axis=0)
-    np.testing.assert_allclose(steps, np.tile(-CAST.surge * diagonal_m(room) * WIND / np.linalg.norm(WIND), (2, 1)), atol=0.02)
+    np.testing.assert_allclose(steps, np.tile(-CAST.surge * box_diagonal_m(room) * WIND / np.linalg.norm(WIND), (2, 1)), atol=0.02)
 
 
 def test_a_miss_casts_about_the_last_hit(room):
@@ -78,14 +78,14 @@ def test_a_miss_casts_about_the_last_hit(room):
     view = replace(view, moves=(*view.moves, Move(room.arm.home, 0.0, 0.0)))
     _, casts = after(view, 3)
     apart = np.linalg.norm(casts - noses[-1], axis=1)
-    np.testing.assert_allclose(apart, CAST.widen * diagonal_m(room) * np.arange(1, 4), atol=0.02)
+    np.testing.assert_allclose(apart, CAST.widen * box_diagonal_m(room) * np.arange(1, 4), atol=0.02)
 
 
 def test_in_still_air_it_goes_on_from_hit_to_hit(room):
     first, second = room.arm.home + np.array([0.1, 0.0, 0.0]), room.arm.home + np.array([0.1, 0.2, 0.0])
     view = replace(room, moves=(Move(first, 0.5, 1.0), Move(second, 0.5, 2.0)))
     goal = room.arm.nose(CAST.propose(view, np.random.default_rng(0)))
-    np.testing.assert_allclose(goal - second, [0.0, CAST.surge * diagonal_m(room), 0.0], atol=0.02)
+    np.testing.assert_allclose(goal - second, [0.0, CAST.surge * box_diagonal_m(room), 0.0], atol=0.02)
 
 
 @given(st.lists(st.tuples(st.floats(0, 1), st.floats(0, 100)), max_size=30))
@@ -117,7 +117,7 @@ def test_a_cast_is_a_unit_vector_that_the_nose_can_go_and_that_is_across_if_ther
 def test_casts_go_left_and_right_on_a_surface_and_round_in_space(lab):
     for dof, opposite in ((2, -1.0), (3, np.cos(np.pi * (3.0 - np.sqrt(5.0))))):
         arm = lab(dof).arm
-        can = tangent(View(arm, lab(dof).model, None, (), (), 1.0, 0.0), arm.home)
+        can = tangent_directions(View(arm, lab(dof).model, None, (), (), 1.0, 0.0), arm.home)
         casts = np.array([across(can[:, 0], can, n) for n in range(1, 6)])
         np.testing.assert_allclose(np.sum(casts[1:] * casts[:-1], axis=1), opposite, atol=1e-9)
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.stats import norm, truncnorm
 
 from oio.core.records import Belief, GasReading, GasSample, JointState
-from oio.estimators.joseph_update import told
-from oio.gas.censored import matched, residual, variance
+from oio.estimators.joseph_update import scalar_measurement
+from oio.gas.censored import pseudo_measurement, residual, variance
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.trace import Trace
 from oio.inference.map_fit import solve
@@ -51,7 +51,7 @@ def test_the_moments_are_those_of_the_normal_cut_off(a, sd, share):
     """x ~ N(0, s - r), z = x + noise of variance r, told z <= limit: x as by integrating over the cut-off normal of z."""
     s = sd * sd
     p, r = (1.0 - share) * s, share * s
-    value, variance = matched(a * sd, s, r)
+    value, variance = pseudo_measurement(a * sd, s, r)
     mean, left = p / (p + variance) * value, p - p * p / (p + variance)
     cut = truncnorm(-np.inf, a, scale=sd)
     assert mean == pytest.approx(p / s * cut.mean(), rel=1e-3, abs=1e-6 * sd)
@@ -61,7 +61,7 @@ def test_the_moments_are_those_of_the_normal_cut_off(a, sd, share):
 
 def test_far_above_the_limit_it_is_a_value():
     for miss in (-50.0, -1e4, -1e9):
-        assert matched(miss, 1.0, 0.4) == pytest.approx((miss, 0.4), rel=1e-3)
+        assert pseudo_measurement(miss, 1.0, 0.4) == pytest.approx((miss, 0.4), rel=1e-3)
 
 
 def limited(problem, flagged):
@@ -122,7 +122,7 @@ def test_an_uncensored_reading_is_told_as_it_is(lab):
     belief = Belief(0, np.ones(made.model.size), np.eye(made.model.size))
     reading = GasReading(0, 0, 3.0, 0.05)
     expected, _, r = made.model.measurement(belief.mean, reading)
-    assert told(made.model, belief.mean, belief.cov, reading)[1:] == (3.0 - expected, r)
+    assert scalar_measurement(made.model, belief.mean, belief.cov, reading)[1:] == (3.0 - expected, r)
 
 
 @pytest.mark.parametrize("name", ["ndir", "pa", "ec", "mox_mq", "mox_mics"])

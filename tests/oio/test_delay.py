@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from oio.core.records import GasReading, JointState, nanoseconds
 from oio.estimators.odometry import Odometry
 from oio.gas.fluctuation import Fluctuation
-from oio.gas.timing import Delay, Held, shifted
-from oio.inference.delay_fit import estimated, golden
+from oio.gas.timing import Delay, JointDelayLine, shift_path
+from oio.inference.delay_fit import fit_delay, golden
 from oio.inference.map_fit import solve
 
 CALM = Fluctuation(1.0, 0.05, 0.3)
@@ -43,9 +43,9 @@ def beacon(lab, delay_s, seed, tau_u=0.05):
 def test_no_delay_shifts_nothing_and_a_delay_takes_a_reading_to_where_it_was_taken(lab, delay_s):
     made = lab(3, 1, seed=1)
     sniffs = made.problem(made.theta()).sniffs
-    back = shifted(late(sniffs, delay_s), delay_s)
+    back = shift_path(late(sniffs, delay_s), delay_s)
     if delay_s == 0.0:
-        assert shifted(sniffs, 0.0) is sniffs
+        assert shift_path(sniffs, 0.0) is sniffs
     kept = sniffs.q[sniffs.at][: len(back.at)]
     np.testing.assert_allclose(back.q[back.at], kept, atol=1e-9)
     np.testing.assert_allclose(back.t_s[back.at], back.reading_t_s)
@@ -56,14 +56,14 @@ def test_no_delay_shifts_nothing_and_a_delay_takes_a_reading_to_where_it_was_tak
 @pytest.mark.parametrize("delay_s", [0.0, 0.15])
 def test_the_beacon_tells_the_delay(lab, seed, delay_s):
     _, theta, problem = beacon(lab, delay_s, 700 + seed)
-    found = estimated(problem, Delay(0.1, 0.1), lambda p: solve(p, theta, CALM))
+    found = fit_delay(problem, Delay(0.1, 0.1), lambda p: solve(p, theta, CALM))
     assert abs(found.s - delay_s) < 2.5 * found.u_s + 0.005 and found.u_s < 0.05
 
 
 def test_what_knows_the_lag_less_knows_the_delay_less(lab):
     """Both shift a slow signal: the sum is told, the parts as well as the lag is known."""
     sure, vague = (
-        estimated(problem, Delay(0.1, 0.1), lambda p, theta=theta: solve(p, theta, CALM))
+        fit_delay(problem, Delay(0.1, 0.1), lambda p, theta=theta: solve(p, theta, CALM))
         for _, theta, problem in (beacon(lab, 0.15, 710, tau_u) for tau_u in (0.01, 0.5))
     )
     assert sure.u_s < vague.u_s
@@ -79,7 +79,7 @@ def joints(t_s, q):
 
 
 def test_joints_that_are_not_late_pass_as_they_are():
-    held, state = Held(0.0), joints(1.0, 0.5)
+    held, state = JointDelayLine(0.0), joints(1.0, 0.5)
     assert held.joints(state) == [state]
     assert held.reading(GasReading(nanoseconds(1.0), 0, 1.0, 0.1)) == []
 
@@ -87,7 +87,7 @@ def test_joints_that_are_not_late_pass_as_they_are():
 @given(st.floats(0.01, 0.5), st.lists(st.booleans(), min_size=5, max_size=60))
 def test_a_reading_meets_the_joints_of_its_own_time(delay_s, order):
     """A nose that moves at 1 rad/s: at the stamp t the joints that come out read t - d."""
-    held, t_s, out = Held(delay_s), 0.0, []
+    held, t_s, out = JointDelayLine(delay_s), 0.0, []
     for is_reading in order:
         t_s += 0.02
         due = held.joints(joints(t_s, t_s))

@@ -7,10 +7,10 @@ import pytest
 
 from oio.core.errors import BadInput
 from oio.gas.fluctuation import Fluctuation
-from oio.gas.range_law import AIRS, LAW
+from oio.gas.range_law import FORMS, LAW
 from oio.inference.beacon_fit import fit_beacon
 from oio.inference.map_fit import solve
-from oio.inference.model_selection import HELD, air_of, bic, effective, restricted
+from oio.inference.model_selection import HELD_BY_FORM, bic, effective_sample_size, hold_parameters, law_form
 
 PLACE = np.array([0.33, 0.05, 0.18])
 TRUE = {"log_distance": {4: 1.6}, "isotropic": {8: 6.0}, "advection_diffusion": {5: 8.0, 6: -5.0}}
@@ -33,31 +33,31 @@ def beacon(lab, air="evidence", seed=0, true=None, poses=12):
 
 
 def test_there_is_a_candidate_for_every_air():
-    assert {"evidence", *HELD} == set(AIRS)
+    assert {"evidence", *HELD_BY_FORM} == set(FORMS)
 
 
-@pytest.mark.parametrize("air", list(HELD))
+@pytest.mark.parametrize("air", list(HELD_BY_FORM))
 def test_what_an_air_holds_stays_and_the_rest_is_free(lab, air):
     problem, _ = beacon(lab, air=air, seed=1)
     fit = fit_beacon(problem, 1.0)
-    assert air_of(fit) == air
+    assert law_form(fit) == air
     for place in range(4, LAW):
-        if place in HELD[air]:
-            assert fit.mean[place] == pytest.approx(HELD[air][place], abs=1e-4)
+        if place in HELD_BY_FORM[air]:
+            assert fit.mean[place] == pytest.approx(HELD_BY_FORM[air][place], abs=1e-4)
         else:
             assert fit.cov[place, place] > 1e-6
 
 
 def test_all_is_the_problem_itself(lab):
     problem, _ = beacon(lab, seed=2)
-    same = restricted(problem, "all")
+    same = hold_parameters(problem, "all")
     np.testing.assert_array_equal(same.mean, problem.mean)
     np.testing.assert_array_equal(same.cov, problem.cov)
 
 
 @pytest.mark.parametrize("air", list(TRUE))
 def test_the_air_that_made_the_readings_is_chosen(lab, air):
-    chosen = [air_of(fit_beacon(beacon(lab, seed=seed, true=TRUE[air])[0], 1.0)) for seed in (10, 11, 12)]
+    chosen = [law_form(fit_beacon(beacon(lab, seed=seed, true=TRUE[air])[0], 1.0)) for seed in (10, 11, 12)]
     assert chosen.count(air) >= 2, chosen
 
 
@@ -65,18 +65,18 @@ def test_a_fit_like_another_keeps_its_air(lab):
     problem, _ = beacon(lab, seed=3)
     first = fit_beacon(replace(problem, law=replace(problem.law, air="isotropic")), 1.0)
     part = replace(problem, sniffs=problem.sniffs.without(8.0, 12.0))
-    assert air_of(fit_beacon(part, 1.0, like=first)) == "isotropic"
+    assert law_form(fit_beacon(part, 1.0, like=first)) == "isotropic"
 
 
 def test_a_parameter_that_explains_nothing_costs_ln_n(lab):
     """BIC of two laws that fit alike differ by the number of what they free."""
     problem, theta = beacon(lab, seed=4)
     noise = Fluctuation(1.0, 0.1, 0.3)
-    fits = {air: solve(restricted(problem, air), theta, noise) for air in ("isotropic", "all")}
+    fits = {air: solve(hold_parameters(problem, air), theta, noise) for air in ("isotropic", "all")}
     fit = fits["isotropic"]
-    n = effective(problem.predict(fit.mean).along, noise)
+    n = effective_sample_size(problem.predict(fit.mean).along, noise)
     likelihood = fits["isotropic"].chi2 - fits["all"].chi2
-    difference = bic(problem, fits["all"]) - bic(restricted(problem, "isotropic"), fit)
+    difference = bic(problem, fits["all"]) - bic(hold_parameters(problem, "isotropic"), fit)
     assert 1.0 < n < len(problem.sniffs.ppm)
     assert difference == pytest.approx(4 * np.log(n) - likelihood, abs=3.0)  # but for the prior's part
 
@@ -84,7 +84,7 @@ def test_a_parameter_that_explains_nothing_costs_ln_n(lab):
 def test_slower_eddies_are_fewer_readings(lab):
     problem, theta = beacon(lab, seed=5)
     along = problem.predict(theta).along
-    counts = [effective(along, Fluctuation(1.0, 0.1, t_s)) for t_s in (0.1, 1.0, 10.0, 1e6)]
+    counts = [effective_sample_size(along, Fluctuation(1.0, 0.1, t_s)) for t_s in (0.1, 1.0, 10.0, 1e6)]
     assert counts == sorted(counts, reverse=True) and counts[-1] >= 1.0
 
 

@@ -6,16 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from oio.gas.fluctuation import Along, Field, Fluctuation, coupled, whiten
-from oio.inference.likelihoods import GAMMAS, TIMES_S, fitted, minus_2_log_likelihoods
+from oio.gas.fluctuation import Fluctuation, MeanField, PathField, lagged_ou_steps, whiten
+from oio.inference.likelihoods import GAMMAS, TIMES_S, fit_fluctuation, minus_2_log_likelihoods
 
 
 def along_of(steps, *, every=2, tau=0.8, mean=10.0, rarity=1.0, r=0.1, speed=0.0, sigma=0.3, gain=1.0, slope=0.0, stray=0.0):
     full = lambda value: np.full(steps, float(value))  # noqa: E731
     at = np.arange(0, steps, every)
-    field = Field(full(mean), full(rarity), full(r), full(speed), slope, stray, 0.1)
+    field = MeanField(full(mean), full(rarity), full(r), full(speed), slope, stray, 0.1)
     dt = np.where(np.arange(steps) > 0, 0.1, 0.0)  # the first reading is where the path begins
-    return Along(field, dt, full(tau), at, np.full(len(at), gain), np.full(len(at), sigma**2))
+    return PathField(field, dt, full(tau), at, np.full(len(at), gain), np.full(len(at), sigma**2))
 
 
 def test_the_implied_covariance_is_that_of_the_process():
@@ -73,8 +73,8 @@ def test_gas_supposed_beyond_all_digits_leaves_a_variance_and_a_likelihood(decad
     for _ in range(100):
         k = 100
         dt = np.where(rng.random(k) < 0.1, 0.0, 10 ** rng.uniform(-6, 2, k))
-        field = Field(10 ** rng.uniform(-3, decades, k), np.ones(k), 10 ** rng.uniform(-3, 0, k), rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3)
-        along = Along(field, dt, np.full(k, 0.8), np.arange(k), np.ones(k), np.full(k, 0.1))
+        field = MeanField(10 ** rng.uniform(-3, decades, k), np.ones(k), 10 ** rng.uniform(-3, 0, k), rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3)
+        along = PathField(field, dt, np.full(k, 0.8), np.arange(k), np.ones(k), np.full(k, 0.1))
         white = whiten(rng.standard_normal((k, 1)), along, Fluctuation(1.0, 0.3, 1.0))
         assert np.all(white.expected_ppm2[1:] >= 0.1)
         assert np.isfinite(white.minus_2_log_likelihood)
@@ -90,7 +90,7 @@ def test_columns_do_not_meddle():
 @pytest.mark.parametrize("truth", [Fluctuation(1.0, 0.1, 0.4), Fluctuation(1.0, 0.6, 2.0)])
 def test_maximum_likelihood_finds_gamma_and_time(draw, truth):
     along = along_of(6000)
-    found = fitted(draw(along, truth, np.random.default_rng(4))[0], along, 1.0)
+    found = fit_fluctuation(draw(along, truth, np.random.default_rng(4))[0], along, 1.0)
     assert found.gamma == pytest.approx(truth.gamma, rel=0.4)
     assert 0.5 < found.t_s / truth.t_s < 2.0
 
@@ -115,8 +115,8 @@ positive = st.floats(0.02, 20.0)
 
 
 def step_of(dt, tau, t, swing, gamma):
-    """F and Q (2, 2) of `coupled`."""
-    a, b, k, q00, q01, q11 = coupled(np.array([dt]), np.array([tau]), np.array([t]), np.array([swing]), gamma**2)[0]
+    """F and Q (2, 2) of `lagged_ou_steps`."""
+    a, b, k, q00, q01, q11 = lagged_ou_steps(np.array([dt]), np.array([tau]), np.array([t]), np.array([swing]), gamma**2)[0]
     return np.array([[a, b], [0.0, k]]), np.array([[q00, q01], [q01, q11]])
 
 

@@ -6,9 +6,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from oio.gas.range_law import LAW, concentration
-from oio.inference.belief_map import problem_of
-from oio.inference.forward_kernel import forward, held
-from oio.kinematics.adjoint import BLOCK, ROWS, carried_back, carried_out, links_of
+from oio.inference.belief_map import search_problem
+from oio.inference.forward_kernel import lag_step, predict_readings
+from oio.kinematics.adjoint import BLOCK, ROWS, adjoint_chain, forward_positions, gradient_by_joints
 from oio.kinematics.forward import HINGE, SLIDE, nose_and_jacobian
 
 
@@ -123,12 +123,12 @@ def test_one_pass_says_what_the_plain_model_says(lab, dof, elements, poses):
 def test_ranked_together_or_expected_alone(lab):
     """Sums of squares of several places, as `expect` has them one by one."""
     made = lab(3, 2, seed=4)
-    problem = problem_of(made.problem(made.theta()).sniffs, made.known)
+    problem = search_problem(made.problem(made.theta()).sniffs, made.known)
     thetas = np.repeat(problem.mean[None, :], 5, axis=0)
     thetas[:, :4] = made.rng.uniform([0.2, -0.2, 0.1, 0.0], [0.4, 0.2, 0.3, 3.0], (5, 4))
     left, z = made.rng.uniform(0.0, 0.1, (2, len(problem.sniffs.at)))
     weight = made.rng.uniform(0.5, 2.0, len(left))
-    costs, more = problem.scaled(thetas, left, z, weight)
+    costs, more = problem.grid_costs(thetas, left, z, weight)
     for theta, cost, ln in zip(thetas, costs, more, strict=True):
         h = problem.expect(theta) - left
         factor = max((weight @ (h * z)) / (weight @ (h * h)), 1e-6)
@@ -140,7 +140,7 @@ def test_readings_off_the_path_are_refused(lab):
     sn, law = made.problem(made.theta(), poses=3).sniffs, made.law
     path = (sn.t_s, sn.q, sn.at + len(sn.t_s), sn.element)
     with pytest.raises(ValueError, match="on the path"):
-        forward(made.mean, path, 0.0, made.arm.moving, (law.r_ref_m, law.radius_m), (0.4, 0.6), False)
+        predict_readings(made.mean, path, 0.0, made.arm.moving, (law.r_ref_m, law.radius_m), (0.4, 0.6), False)
 
 
 kinds = st.lists(st.sampled_from([SLIDE, HINGE]), min_size=1, max_size=6)
@@ -157,17 +157,17 @@ def test_links_are_the_poses(kinds, data, seed):
     chain = (poses, axes, np.array(kinds), rng.standard_normal(len(kinds)), rng.standard_normal(3))
     q, gradient = rng.uniform(-20.0, 20.0, (BLOCK, n)), rng.standard_normal((3, BLOCK))
     p, jac = nose_and_jacobian(q, *chain, True)
-    links, joints, nose, by_q = links_of(*chain, n), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK)), np.empty((n, BLOCK))
-    carried_back(np.ascontiguousarray(q.T), links, joints, nose)
+    links, joints, nose, by_q = adjoint_chain(*chain, n), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK)), np.empty((n, BLOCK))
+    forward_positions(np.ascontiguousarray(q.T), links, joints, nose)
     np.testing.assert_allclose(nose.T, p, atol=1e-12)
     expected = np.einsum("ak,kaj->jk", gradient, jac)
-    carried_out(gradient, links, joints, by_q)
+    gradient_by_joints(gradient, links, joints, by_q)
     np.testing.assert_allclose(by_q, expected, atol=1e-11)
 
 
 @given(st.floats(1e-4, 10.0), st.floats(0.01, 10.0))
 def test_two_half_steps_of_the_lag_are_a_whole_one(dt, tau):
     """Of a signal that stays: only what is left of the past counts, and its weights sum to one."""
-    whole, _, _ = held(dt, tau)
-    half, _, _ = held(dt / 2, tau)
+    whole, _, _ = lag_step(dt, tau)
+    half, _, _ = lag_step(dt / 2, tau)
     assert half * half == pytest.approx(whole)

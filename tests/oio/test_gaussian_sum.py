@@ -7,11 +7,11 @@ import pytest
 
 from oio.core.records import Belief, GasReading, JointState
 from oio.estimators.ekf import Ekf
-from oio.estimators.gaussian_sum import Bank, GaussianSum, matched
+from oio.estimators.gaussian_sum import GaussianMixture, GaussianSum, moment_matched
 from oio.estimators.odometry import Odometry
 from oio.inference.belief_map import BeliefMap
 from oio.inference.map_fit import Fit
-from oio.inference.prior import Knowledge
+from oio.inference.prior import Prior
 
 EKF = Ekf(gate_nis=25.0)
 SUM = GaussianSum(each=EKF, gate_nis=25.0, least_weight=1e-4)
@@ -28,7 +28,7 @@ def fits_of(made, chi2, moved_m=0.08):
 
 def test_moments_by_hand():
     one, other = Belief(5, np.array([1.0, 0.0]), np.eye(2)), Belief(5, np.array([3.0, 0.0]), 2 * np.eye(2))
-    both = matched((one, other), np.log([0.25, 0.75]))
+    both = moment_matched((one, other), np.log([0.25, 0.75]))
     np.testing.assert_allclose(both.mean, [2.5, 0.0])
     np.testing.assert_allclose(both.cov, [[0.25 * (1 + 1.5**2) + 0.75 * (2 + 0.5**2), 0.0], [0.0, 1.75]])
     assert both.t_ns == 5
@@ -50,7 +50,7 @@ def test_the_hypothesis_that_foretells_the_readings_wins(search):
     s = model.at["s"]
     wrong = np.array(belief.mean)
     wrong[s] += [0.0, 0.1, 0.05]
-    bank = matched((Belief(0, wrong, belief.cov), belief), np.log([0.5, 0.5]))
+    bank = moment_matched((Belief(0, wrong, belief.cov), belief), np.log([0.5, 0.5]))
     alone = belief
     for joints, reading in steps:
         bank, alone = SUM.predict(model, bank, joints), EKF.predict(model, alone, joints)
@@ -66,7 +66,7 @@ def test_one_update_weighs_by_the_likelihood(search):
     """w_i N(z; z_i, S_i), and the innovation is that of the sum."""
     model, _, belief, _ = search(3, 2, seed=2)
     other = Belief(0, belief.mean + 0.05 * np.eye(model.size)[model.at["f"].start], 2.0 * belief.cov)
-    bank, reading = matched((belief, other), np.log([0.3, 0.7])), GasReading(0, 0, float(belief.mean[-2]) + 0.1, 0.05)
+    bank, reading = moment_matched((belief, other), np.log([0.3, 0.7])), GasReading(0, 0, float(belief.mean[-2]) + 0.1, 0.05)
     after, innovation = SUM.update(model, bank, reading)
     parts = [EKF.update(model, member, reading)[1] for member in (belief, other)]
     y, s = np.array([p.residual[0] for p in parts]), np.array([p.cov[0, 0] for p in parts])
@@ -80,7 +80,7 @@ def test_a_reading_that_one_refuses_is_used_by_the_other(search):
     model, _, belief, _ = search(3, 2, seed=2)
     far = np.array(belief.mean)
     far[model.at["f"]] += 1e4
-    bank, reading = matched((belief, Belief(0, far, belief.cov)), np.log([0.5, 0.5])), GasReading(0, 0, float(belief.mean[-2]), 0.05)
+    bank, reading = moment_matched((belief, Belief(0, far, belief.cov)), np.log([0.5, 0.5])), GasReading(0, 0, float(belief.mean[-2]), 0.05)
     after, innovation = SUM.update(model, bank, reading)
     assert not innovation.gated and len(after.members) == 1 + (np.exp(-12.5) > SUM.least_weight)
     none, innovation = SUM.update(model, bank, replace(reading, ppm=1e9))
@@ -92,7 +92,7 @@ def test_odometry_lets_a_filter_begin_itself(lab, monkeypatch):
     made = lab(3, 1, seed=3)
     fits = fits_of(made, (10.0, 11.0))
     monkeypatch.setattr(BeliefMap, "locate", lambda *_: fits)
-    known = Knowledge(made.mean, made.cov, made.model)
+    known = Prior(made.mean, made.cov, made.model)
     joints = JointState(1_000_000_000, made.arm.home, np.zeros(3), np.zeros(3))
     begun = {}
     for name, estimator in (("sum", SUM), ("one", EKF)):
@@ -104,5 +104,5 @@ def test_odometry_lets_a_filter_begin_itself(lab, monkeypatch):
         odometry.joints(joints)
         odometry.locate(5)
         begun[name] = odometry.belief
-    assert isinstance(begun["sum"], Bank) and len(begun["sum"].members) == 2
+    assert isinstance(begun["sum"], GaussianMixture) and len(begun["sum"].members) == 2
     np.testing.assert_array_equal(begun["one"].mean, made.model.begin(fits[0], joints.t_ns, 5).mean)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
 from oio.search.gradient import Gradient
-from oio.search.step_planning import diagonal_m
+from oio.search.step_planning import box_diagonal_m
 from oio.search.view import Move, View
 
 CLIMB = Gradient(latest=10, step=0.08, least=0.02, shrink=0.7, spread=0.3)
@@ -69,7 +69,7 @@ def climbed(made, source, exponent, moves, seed):
 @pytest.mark.parametrize("exponent", [1.0, 2.0])
 def test_a_quiet_isotropic_field_is_climbed_to_within_a_step(lab, dof, exponent):
     made = lab(dof)
-    step_m = CLIMB.step * diagonal_m(View(made.arm, made.model, None, (), (), dwell_s=1.0, near_m=0.0))
+    step_m = CLIMB.step * box_diagonal_m(View(made.arm, made.model, None, (), (), dwell_s=1.0, near_m=0.0))
     for seed in range(6):
         source = np.random.default_rng(seed).uniform([0.24, -0.15, 0.1], [0.4, 0.15, 0.25])
         assert np.min(climbed(made, source, exponent, 40, seed)) < step_m

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from oio.cli.seed_table import figures, grouped, show_groups
+from oio.cli.seed_table import group_by_case, group_figures, show_groups
 
 
 def run(seed, cold, calibrated, sensor="ec", inside=True):
@@ -18,14 +18,14 @@ def run(seed, cold, calibrated, sensor="ec", inside=True):
 
 def test_medians_wins_and_coverage():
     runs = [run(0, 0.05, 0.01), run(1, 0.02, 0.03, inside=False), run(2, 0.09, 0.02)]
-    found = figures(runs)
+    found = group_figures(runs)
     assert (found["cold_m"], found["calibrated_m"], found["beats"]) == (0.05, 0.02, 2)
     assert found["covered"] == pytest.approx(2 / 3)
 
 
 def test_groups_are_by_sensor_and_leave_out_what_has_no_position():
     runs = [run(0, 0.05, 0.01), run(1, 0.05, 0.01, sensor="pa"), run(2, None, None)]
-    assert {key: len(value) for key, value in grouped(runs).items()} == {("ec", 5, "still"): 1, ("pa", 5, "still"): 1}
+    assert {key: len(value) for key, value in group_by_case(runs).items()} == {("ec", 5, "still"): 1, ("pa", 5, "still"): 1}
 
 
 def test_the_table_needs_two_seeds():

@@ -11,12 +11,12 @@ from scipy.stats import binom, chi2
 
 from oio.core.records import GasReading, JointState, nanoseconds
 from oio.gas.fluctuation import Fluctuation, whiten
-from oio.inference.belief_map import problem_of
+from oio.inference.belief_map import search_problem
 from oio.inference.bounds import cramer_rao, van_trees
 from oio.inference.map_fit import solve
-from oio.inference.model_selection import restricted
-from oio.inference.prior import Knowledge
-from oio.inference.uncertainty import localisation
+from oio.inference.model_selection import hold_parameters
+from oio.inference.prior import Prior
+from oio.inference.uncertainty import type_b_of_repeats
 
 CALM = Fluctuation(1.0, 0.1, 0.3)
 
@@ -82,7 +82,7 @@ def test_metres_or_millimetres_find_the_same_source(lab, air):
     made.law = replace(made.law, radius_m=5e-4, nose_u_m=5e-4)
     theta = made.theta()
     theta[5:8] = 0.0
-    problem = restricted(made.problem(theta, noise=CALM), air)
+    problem = hold_parameters(made.problem(theta, noise=CALM), air)
     arm = Elsewhere(made.arm, unit=1e3)
     same_answer(problem, theta, *seen_from(problem, arm, 1e3))
 
@@ -160,7 +160,7 @@ def test_half_of_every_uncertainty_is_half_the_bound(lab):
     theta = made.theta()
     sniffs = made.problem(theta, poses=12).sniffs
     half = replace(made.model, fluctuation=replace(made.model.fluctuation, scale=0.25, gamma=0.5 * made.model.fluctuation.gamma))
-    known, better = made.known, Knowledge(made.mean, 0.25 * made.cov, half)
+    known, better = made.known, Prior(made.mean, 0.25 * made.cov, half)
     assert cramer_rao(sniffs, better, theta).rms_m == pytest.approx(0.5 * cramer_rao(sniffs, known, theta).rms_m, rel=1e-4)
 
 
@@ -197,7 +197,7 @@ class Repeats:
     def u_b_m(self, times):
         """Type B (CALIBRATIONS,) of every path so many times."""
         misses_m, nees = (np.concatenate([part[:, :times] for part in parts], axis=1) for parts in (self.misses_m, self.nees))
-        return np.array([localisation(v, e, 4).u_b_m for v, e in zip(misses_m, nees, strict=True)])
+        return np.array([type_b_of_repeats(v, e, 4).u_b_m for v, e in zip(misses_m, nees, strict=True)])
 
 
 def test_sixteen_repeats_instead_of_four_halve_what_the_beacon_leaves_open(lab, draw):
@@ -226,7 +226,7 @@ def many(lab, built):
         made.model = replace(made.model, law=made.law)
         theta = made.theta()
         sniffs = made.problem(theta, poses=10).sniffs
-        fit = solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+        fit = solve(search_problem(sniffs, made.known), theta, made.model.fluctuation)
         out.append((theta[:3], fit, belief_map.locate(sniffs, made.known), van_trees(sniffs, made.known, theta).cov))
     return out
 

@@ -8,7 +8,7 @@ import pytest
 
 from oio.core.errors import BadInput
 from oio.kinematics.forward import nose_and_jacobian
-from oio.kinematics.model_loading import read_chain
+from oio.kinematics.model_loading import load_chain
 
 WRITTEN = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody><body name="a" pos="0.1 0 0.2" quat="2 0 0 2">
   <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="one" axis="0 2 0" range="-1 1"/>
@@ -27,7 +27,7 @@ def written(tmp_path, text):
 
 def agrees(path, q):
     """Whether the chain puts the nose where MuJoCo does, and has its limits."""
-    chain, model = read_chain(path), mujoco.MjModel.from_xml_path(str(path))
+    chain, model = load_chain(path), mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     data.qpos[:] = q
     mujoco.mj_kinematics(model, data)
@@ -39,14 +39,14 @@ def agrees(path, q):
 
 def test_slides_jointless_bodies_and_lengths_of_axes_are_read(tmp_path):
     path = written(tmp_path, WRITTEN)
-    assert read_chain(path).names == ("one", "two")
+    assert load_chain(path).names == ("one", "two")
     for q in ([0.0, 0.0], [0.7, 0.3], [-0.9, 1.0]):
         assert agrees(path, q)
 
 
 def test_what_is_not_xml_is_refused(tmp_path):
     with pytest.raises(BadInput, match="is not XML"):
-        read_chain(written(tmp_path, "joints: 5"))
+        load_chain(written(tmp_path, "joints: 5"))
 
 
 @pytest.mark.parametrize(
@@ -54,12 +54,12 @@ def test_what_is_not_xml_is_refused(tmp_path):
 )
 def test_a_file_without_a_moving_nose_is_refused(tmp_path, text):
     with pytest.raises(BadInput, match="has no site named 'nose' on a moving body"):
-        read_chain(written(tmp_path, text))
+        load_chain(written(tmp_path, text))
 
 
 def test_a_nose_on_bodies_without_joints_is_refused(tmp_path):
     with pytest.raises(BadInput, match="has no site named 'nose' on a moving body"):
-        read_chain(written(tmp_path, '<mujoco><worldbody><body><site name="nose"/></body></worldbody></mujoco>'))
+        load_chain(written(tmp_path, '<mujoco><worldbody><body><site name="nose"/></body></worldbody></mujoco>'))
 
 
 COMPILER, ONE, TWO = '<compiler angle="radian" autolimits="true"/>', '<joint name="one" axis="0 2 0"', 'axis="1 0 0" range="0 1"/>'
@@ -124,13 +124,13 @@ def test_what_is_not_read_is_refused_with_what_to_write(tmp_path, feature):
     path = written(tmp_path, text)
     mujoco.MjModel.from_xml_path(str(path))  # MuJoCo takes it
     with pytest.raises(BadInput, match=said):
-        read_chain(path)
+        load_chain(path)
 
 
 def test_an_include_is_refused(tmp_path):
     (tmp_path / "more.xml").write_text("<mujoco><option timestep='0.001'/></mujoco>")
     with pytest.raises(BadInput, match=r"has an <include>.*into the file itself"):
-        read_chain(written(tmp_path, WRITTEN.replace(COMPILER, f'{COMPILER}<include file="more.xml"/>')))
+        load_chain(written(tmp_path, WRITTEN.replace(COMPILER, f'{COMPILER}<include file="more.xml"/>')))
 
 
 HARMLESS = {
@@ -148,7 +148,7 @@ def test_what_changes_nothing_is_taken(tmp_path, feature):
 
 
 def test_joints_off_the_chain_may_be_as_they_like(tmp_path):
-    assert read_chain(written(tmp_path, WRITTEN.replace(*HARMLESS["joints off the chain"]))).names == ("one", "two")
+    assert load_chain(written(tmp_path, WRITTEN.replace(*HARMLESS["joints off the chain"]))).names == ("one", "two")
 
 
 def test_slides_need_no_unit_of_angles(tmp_path):

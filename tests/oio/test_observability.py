@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.range_law import concentration
-from oio.inference.belief_map import problem_of
+from oio.inference.belief_map import search_problem
 from oio.inference.map_fit import solve
-from oio.inference.observability import blind_spots, narrowing, twin
+from oio.inference.observability import ambiguous_point, narrowing, unobservable
 from oio.kinematics.arm import smooth
 
 NARROWED = 0.7
@@ -26,16 +26,16 @@ def searched(lab, built, dof, seed, poses=10):
 
 def said(lab, built, dof, seed, poses=10):
     made, _, sniffs, hypotheses = searched(lab, built, dof, seed, poses)
-    return blind_spots(sniffs, made.known, hypotheses, NARROWED)
+    return unobservable(sniffs, made.known, hypotheses, NARROWED)
 
 
 @pytest.mark.parametrize("seed", [40, 41, 42, 43, 44])
 def test_one_joint_says_distance_and_the_other_side_of_its_plane(lab, built, seed):
     """An arc leaves a curve that goes through its plane: the mirror point is named, unless the source's own region reaches that far."""
     made, _, sniffs, hypotheses = searched(lab, built, 1, seed)
-    sentences, best = blind_spots(sniffs, made.known, hypotheses, NARROWED), hypotheses[0]
+    sentences, best = unobservable(sniffs, made.known, hypotheses, NARROWED), hypotheses[0]
     assert any("distance" in s and "with dof=1: add shoulder_elevation (dof=2)" in s for s in sentences), sentences
-    kind, mirror = twin(made.arm.nose(sniffs.q[sniffs.at]), best.mean[:3])
+    kind, mirror = ambiguous_point(made.arm.nose(sniffs.q[sniffs.at]), best.mean[:3])
     beyond = np.linalg.norm(mirror - best.mean[:3]) > np.sqrt(np.trace(best.cov[:3, :3]))
     told = any(s.startswith("the mirror point (") and "the plane of the nose's path" in s for s in sentences)
     assert kind == "mirror" and told == beyond, sentences
@@ -52,21 +52,21 @@ def test_two_joints_say_the_inverse_point(lab, built, seed):
 @pytest.mark.parametrize("seed", [40, 41, 42])
 def test_more_joints_see_all(lab, built, dof, seed):
     made, _, sniffs, hypotheses = searched(lab, built, dof, seed)
-    sentences = blind_spots(sniffs, made.known, hypotheses, NARROWED)
+    sentences = unobservable(sniffs, made.known, hypotheses, NARROWED)
     assert len(sentences) == len(hypotheses) - 1, sentences
 
 
 def test_hypotheses_that_are_left_are_named(lab, built):
     made, _, sniffs, hypotheses = searched(lab, built, 3, 40)
     other = type(hypotheses[0])(*[getattr(hypotheses[0], name) for name in hypotheses[0].__slots__])
-    sentences = blind_spots(sniffs, made.known, (hypotheses[0], other), NARROWED)
+    sentences = unobservable(sniffs, made.known, (hypotheses[0], other), NARROWED)
     assert len(sentences) == 1 and sentences[0].startswith("two places fit alike, (") and "point" not in sentences[0]
 
 
 @pytest.mark.parametrize("dof", [3, 5])
 def test_a_few_sniffs_at_one_place_cannot_tell_distance_from_strength(lab, built, dof):
     made, _, sniffs, hypotheses = searched(lab, built, dof, 44, poses=1)
-    sentences = blind_spots(sniffs.between(1.2, 2.0), made.known, hypotheses, NARROWED)
+    sentences = unobservable(sniffs.between(1.2, 2.0), made.known, hypotheses, NARROWED)
     assert any("cannot be told apart" in s or "cannot be found" in s for s in sentences), sentences
 
 
@@ -95,7 +95,7 @@ def test_the_twin_smells_alike_wherever_the_nose_has_been(seed, source):
     on_sphere = np.array([0.1, 0.0, 0.2]) + 0.3 * ray / np.linalg.norm(ray, axis=1)[:, None]
     flat = rng.uniform(-0.3, 0.3, (12, 2)) @ rng.standard_normal((2, 3)) + 0.1
     for noses, kind in ((flat, "mirror"), (on_sphere, "inverse")):
-        found = twin(noses, source)
+        found = ambiguous_point(noses, source)
         assert found is not None and found[0] == kind
         if min(np.min(np.linalg.norm(noses - p, axis=1)) for p in (source, found[1])) < 0.03:
             continue  # the radius of a source removes the pole, and is not mirrored
@@ -104,7 +104,7 @@ def test_the_twin_smells_alike_wherever_the_nose_has_been(seed, source):
 
 
 def test_a_nose_that_goes_everywhere_leaves_no_twin():
-    assert twin(np.random.default_rng(0).uniform(-0.3, 0.3, (20, 3)), np.array([0.3, 0.1, 0.2])) is None
+    assert ambiguous_point(np.random.default_rng(0).uniform(-0.3, 0.3, (20, 3)), np.array([0.3, 0.1, 0.2])) is None
 
 
 def tell(made, ln_strength, u):
@@ -121,7 +121,7 @@ def test_the_strength_is_no_blind_spot_any_more_once_it_is_told(lab, built, dof,
     for u in (None, 2.0, 0.05):
         if u is not None:
             tell(made, theta[3], u)
-        said.append(blind_spots(sniffs, made.known, built("belief_map").locate(sniffs, made.known), NARROWED))
+        said.append(unobservable(sniffs, made.known, built("belief_map").locate(sniffs, made.known), NARROWED))
     untold, hardly, well = ([s for s in sentences if "cannot be" in s] for sentences in said)
     assert any("strength cannot be" in s and "tell the strength (range.ln_strength and range.ln_strength_u)" in s for s in untold), untold
     assert any("strength cannot be" in s and "tell the strength better (range.ln_strength_u)" in s for s in hardly), hardly
@@ -151,9 +151,9 @@ def test_the_source_is_nearer_once_its_strength_is_told(lab):
     for seed in range(60, 72):
         made = lab(5, 1, seed=seed)
         theta, sniffs = huddled(made)
-        untold = solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+        untold = solve(search_problem(sniffs, made.known), theta, made.model.fluctuation)
         tell(made, theta[3], 0.05)
-        told = solve(problem_of(sniffs, made.known), theta, made.model.fluctuation)
+        told = solve(search_problem(sniffs, made.known), theta, made.model.fluctuation)
         missed.append([np.linalg.norm(fit.mean[:3] - theta[:3]) for fit in (untold, told)])
     before, after = np.array(missed).T
     assert np.all(after < before) and np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(np.mean(before**2)), missed

@@ -11,8 +11,8 @@ from oio.core.errors import BadInput
 from oio.core.records import Event, GasReading, GasSample, JointState, Truth
 from oio.log import RunLog, read_samples
 from oio.runtime.context import Context, sniff
-from oio.runtime.guarded_world import Watched
-from oio.runtime.runner import check_order, gives, run_stages
+from oio.runtime.guarded_world import GuardedWorld
+from oio.runtime.runner import check_order, result_type, run_stages
 from oio.testing import check_stage
 
 
@@ -85,7 +85,7 @@ class GivesNone:
 def test_a_good_order_passes():
     check_order({"one": GivesFirst(), "two": GivesSecond()})
     check_order({})
-    assert gives(GivesSecond()) is Second
+    assert result_type(GivesSecond()) is Second
 
 
 @pytest.mark.parametrize(
@@ -156,13 +156,13 @@ class Log:
 def watched(built):
     journal = []
     arm = built("arm", "dof=3")
-    return Watched(World(journal, arm), arm, Log(journal)), journal, arm
+    return GuardedWorld(World(journal, arm), arm, Log(journal)), journal, arm
 
 
 def test_gas_at_the_upper_rail_goes_to_the_log_and_to_no_stage(built):
     journal, arm = [], built("arm", "dof=3")
     for highest_raw, seen in ((420.0, 0), (420.1, 3)):
-        samples = list(Watched(World(journal, arm), arm, Log(journal), highest_raw).samples(0.3))
+        samples = list(GuardedWorld(World(journal, arm), arm, Log(journal), highest_raw).samples(0.3))
         assert sum(isinstance(s, GasSample) for s in samples) == seen
     assert sum(isinstance(record, GasSample) for _, record in journal) == 6
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oio.core.errors import BadInput
-from oio.gas.source import reachable, whole
+from oio.gas.source import reachable, unlocked
 
 
 def test_a_given_place_is_kept(built):
@@ -30,7 +30,7 @@ def test_drawn_places_are_in_the_box_and_in_reach(built):
 
 
 def test_a_reachable_place_has_a_pose_that_near(built):
-    arm, place = whole(built("arm", "dof=1")), np.array([0.33, 0.10, 0.16])
+    arm, place = unlocked(built("arm", "dof=1")), np.array([0.33, 0.10, 0.16])
     assert arm.dof == 5 and reachable(arm, place, 0.045)
     rng = np.random.default_rng(0)
     nearest = min(np.linalg.norm(arm.nose(arm.random_pose(rng)) - place) for _ in range(20_000))

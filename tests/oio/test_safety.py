@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oio.core.errors import BadInput, OioError
-from oio.gas.source import whole
+from oio.gas.source import unlocked
 from oio.kinematics.arm import smooth
-from oio.motion.guard import HOST, NOSE, SLACK, Guard
-from oio.runtime.guarded_world import Watched
+from oio.motion.guard import HOST, NOSE, SPEED_TOLERANCE, Guard
+from oio.runtime.guarded_world import GuardedWorld
 
 ARMS = [("dof=1",), ("dof=2",), ("dof=3",), ("dof=5",), ("arm=gantry", "dof=3")]
 TICK_S = 0.02
@@ -79,7 +79,7 @@ class Caller:
         assert np.all(q >= arm.low_rad - 1e-9) and np.all(q <= arm.high_rad + 1e-9)
         p, margin = arm.nose(q), self.safety.box_margin_m + BOW_M
         assert np.all(p >= np.array(arm.box_low_m) - margin) and np.all(p <= np.array(arm.box_high_m) + margin)
-        for_s, most = min(self.gone_s, self.safety.step_s), SLACK * (1.0 + 2e-3)
+        for_s, most = min(self.gone_s, self.safety.step_s), SPEED_TOLERANCE * (1.0 + 2e-3)
         assert np.max(np.abs(q - self.last)) <= most * arm.joint_speed * for_s + 1e-9
         assert np.linalg.norm(p - arm.nose(self.last)) <= most * arm.nose_limit_m_s * for_s + 1e-9
         if held is not None:
@@ -235,7 +235,7 @@ def test_a_move_that_is_too_fast_takes_the_time_it_must(made, words, nose_limit)
         q = stream(guard, lasts_s + 0.1, 0.0, fine_s)
         joints = np.max(np.abs(np.diff(q, axis=0))) / fine_s / arm.joint_speed
         nose = np.max(np.linalg.norm(np.diff(arm.nose(q), axis=0), axis=1)) / fine_s / arm.nose_limit_m_s
-        assert max(joints, nose) == pytest.approx(SLACK, rel=2e-3)
+        assert max(joints, nose) == pytest.approx(SPEED_TOLERANCE, rel=2e-3)
         np.testing.assert_allclose(q[-1], b, atol=1e-12)
         assert np.max(np.abs(q[990] - b)) > 0.0
 
@@ -245,7 +245,7 @@ def test_over_obstacles_of_the_box_the_arm_arrives_when_it_said(made):
     arm, safety = made("dof=5")
     gone, low, high = 0, np.array(arm.box_low_m) - safety.box_margin_m - BOW_M, np.array(arm.box_high_m) + safety.box_margin_m + BOW_M
     for a, b in pairs(arm, 3, 12, free=False):
-        guard, watched = Guard(arm, safety), Watched(None, arm, None)
+        guard, watched = Guard(arm, safety), GuardedWorld(None, arm, None)
         guard.begin(a)
         watched._goal = a
         try:
@@ -260,7 +260,7 @@ def test_over_obstacles_of_the_box_the_arm_arrives_when_it_said(made):
         p = arm.nose(q)
         assert np.all(p >= low) and np.all(p <= high)
         np.testing.assert_allclose(q[-1], b, atol=1e-12)
-        assert np.max(np.abs(np.diff(q, axis=0))) <= SLACK * arm.joint_speed * TICK_S
+        assert np.max(np.abs(np.diff(q, axis=0))) <= SPEED_TOLERANCE * arm.joint_speed * TICK_S
         gone += 1
     assert gone > 2
 
@@ -269,7 +269,7 @@ def test_locked_joints_stay_on_roundabout_ways(made):
     """Three joints of five: the wrist may not help."""
     arm, safety = made("dof=3")
     low = replace(arm, box_high_m=(0.58, 0.45, 0.20))  # a ceiling, over which the straight ways bow
-    five, locked, gone = whole(low), np.array(arm.home_rad[3:]), 0
+    five, locked, gone = unlocked(low), np.array(arm.home_rad[3:]), 0
     for a, b in pairs(low, 0, 5, free=False):
         guard = Guard(five, safety, joints=3)
         guard.begin(np.concatenate([a, locked]))
@@ -307,7 +307,7 @@ def test_commands_that_nobody_asked_a_set_point_for_take_the_arm_no_farther(made
         with pytest.raises(BadInput, match="no way was found"):
             guard.move(FOLDED, 1.0, t_s)
     guard.move(arm.home, 1.0, 0.8)
-    assert 0.0 < np.max(np.abs(guard.set_point(0.8) - before)) <= SLACK * arm.joint_speed * safety.step_s
+    assert 0.0 < np.max(np.abs(guard.set_point(0.8) - before)) <= SPEED_TOLERANCE * arm.joint_speed * safety.step_s
 
 
 def test_silence_is_noticed_though_the_clock_was_turned_back(made):

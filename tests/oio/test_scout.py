@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from oio.gas.range_law import LAW, concentration
-from oio.search.exploration import PLACES, WINDY_PER_M, _chances, _places, scout
+from oio.search.exploration import GRID_POINTS, WINDY_PER_M, _source_grid, _source_posterior, explore
 from oio.search.view import Move, View
 
 K_PER_M = 60.0
@@ -57,7 +57,7 @@ def test_in_still_air_it_spreads_out(lab, wind):
     view, rng = begun(lab, 3, wind), np.random.default_rng(0)
     noses = [view.arm.nose(view.arm.home)]
     for _ in range(5):
-        goal = scout(view, rng)
+        goal = explore(view, rng)
         noses.append(view.arm.nose(goal))
         view = replace(view, moves=(*view.moves, Move(goal, 0.0, 1.0)))
     assert apart(noses) > 0.05
@@ -67,13 +67,13 @@ def test_in_still_air_it_spreads_out(lab, wind):
 @given(angle=angles, lift=st.floats(-0.5, 0.5), seed=st.integers(0, 10**6), smells=st.lists(st.booleans(), max_size=12))
 def test_chances_are_chances(lab, angle, lift, seed, smells):
     wind = towards(angle, lift)
-    chances = _chances(walked(begun(lab, 3, wind), seed, smells), wind)
-    assert chances.shape == (PLACES,) and np.all(chances > 0.0) and np.sum(chances) == pytest.approx(1.0, rel=1e-12)
+    chances = _source_posterior(walked(begun(lab, 3, wind), seed, smells), wind)
+    assert chances.shape == (GRID_POINTS,) and np.all(chances > 0.0) and np.sum(chances) == pytest.approx(1.0, rel=1e-12)
 
 
 def beside(view, q, wind):
     """Of the places: how far upwind of the nose at q [m], and how far off the line through it (j,)."""
-    d = _places(view) - view.arm.nose(q)
+    d = _source_grid(view) - view.arm.nose(q)
     upwind = -d @ wind / np.linalg.norm(wind)
     return upwind, np.linalg.norm(d + upwind[:, None] * wind / np.linalg.norm(wind), axis=1)
 
@@ -86,7 +86,7 @@ def test_places_upwind_of_where_nothing_was_smelt_lose_chance(lab, angle):
     view = begun(lab, 5, wind)
     q = middle(view)
     there = replace(view, moves=(Move(q, 0.0, 0.0, None, True),) * 2)  # the second one stays: the way to the first is another matter
-    before, after = (_chances(replace(there, moves=there.moves[:n]), wind) for n in (1, 2))
+    before, after = (_source_posterior(replace(there, moves=there.moves[:n]), wind) for n in (1, 2))
     upwind, off = beside(view, q, wind)
     ratio = after / before
     assert np.all(ratio[upwind < -0.05] > 1.0)
@@ -104,7 +104,7 @@ def test_after_a_smell_the_chance_moves_upwind_of_it(lab, angle):
     view = begun(lab, 5, wind)
     q = middle(view)
     upwind, off = beside(view, q, wind)
-    once, thrice = (_chances(replace(view, moves=(Move(q, 1.0, 9.0, q, False),) * n), wind) for n in (1, 3))
+    once, thrice = (_source_posterior(replace(view, moves=(Move(q, 1.0, 9.0, q, False),) * n), wind) for n in (1, 3))
     assert thrice @ upwind > once @ upwind > np.mean(upwind)
     assert thrice @ off < once @ off < np.mean(off)
     assert thrice @ (upwind > -0.02) > 0.9
@@ -114,8 +114,8 @@ def test_it_is_the_place_of_the_smell_that_counts_not_the_end_of_the_move(lab):
     wind = towards(0.0)
     view = begun(lab, 5, wind)
     here, elsewhere = middle(view), view.arm.random_pose(np.random.default_rng(5))
-    passed = _chances(replace(view, moves=(Move(elsewhere, 1.0, 9.0, here, False),)), wind)
-    stayed = _chances(replace(view, moves=(Move(here, 1.0, 9.0, here, False),)), wind)
+    passed = _source_posterior(replace(view, moves=(Move(elsewhere, 1.0, 9.0, here, False),)), wind)
+    stayed = _source_posterior(replace(view, moves=(Move(here, 1.0, 9.0, here, False),)), wind)
     np.testing.assert_array_equal(passed, stayed)
 
 
@@ -124,17 +124,17 @@ def test_it_is_the_place_of_the_smell_that_counts_not_the_end_of_the_move(lab):
 @pytest.mark.parametrize("dof", [1, 2, 3, 5])
 def test_what_it_proposes_can_be_reached_inside_the_box(lab, dof, angle, lift, seed, smells):
     view = walked(begun(lab, dof, towards(angle, lift)), seed, smells)
-    goal = scout(view, np.random.default_rng(seed))
+    goal = explore(view, np.random.default_rng(seed))
     assert view.arm.inside(goal)
     assert view.arm.free(view.moves[-1].q if view.moves else view.arm.home, goal)
-    assert goal.tobytes() == scout(view, np.random.default_rng(seed)).tobytes()
+    assert goal.tobytes() == explore(view, np.random.default_rng(seed)).tobytes()
 
 
 def test_a_room_is_scouted_as_well(built, lab):
     arm = built("arm", "arm=gantry", "dof=3")
     view = View(arm, replace(lab(3).model, arm=arm), None, (), (), dwell_s=1.0, near_m=0.2, law=law(towards(0.3)))
     for seed in range(4):
-        goal = scout(view, np.random.default_rng(seed))
+        goal = explore(view, np.random.default_rng(seed))
         assert view.arm.inside(goal)
         view = replace(view, moves=(*view.moves, Move(goal, 0.0, 0.0, None, True)))
 
@@ -146,7 +146,7 @@ def moves_until_smelt(view, source, wind, seed):
     """In how many moves an own-model plume is smelt, on the way or at its end; MOST if not before."""
     rng, here, theta = np.random.default_rng(seed), view.arm.home, law(wind, source)
     for n in range(1, MOST):
-        goal = scout(view, rng)
+        goal = explore(view, rng)
         way = view.arm.nose(here + np.linspace(0.0, 1.0, 20)[:, None] * (goal - here))
         if np.max(concentration(way, theta, 0.1, 0.01)[0]) > HEARD_PPM:
             return n

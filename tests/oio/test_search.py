@@ -8,7 +8,7 @@ import pytest
 from oio.core.records import nanoseconds
 from oio.search.bandit import Bandit, Values
 from oio.search.d_optimal import believed_places, information
-from oio.search.exploration import scout
+from oio.search.exploration import explore
 from oio.search.view import Move, View
 from oio.testing import check_strategy
 
@@ -150,5 +150,5 @@ def test_information_is_never_negative_and_grows_with_the_dwell(informed):
 def test_without_a_belief_d_optimal_scouts(built, informed):
     strategy, lost = built("search", "search=d_optimal"), replace(informed, belief=None, hypotheses=())
     for seed in range(3):
-        goals = (strategy.propose(lost, np.random.default_rng(seed)), scout(lost, np.random.default_rng(seed)))
+        goals = (strategy.propose(lost, np.random.default_rng(seed)), explore(lost, np.random.default_rng(seed)))
         np.testing.assert_array_equal(*goals)

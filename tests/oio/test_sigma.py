@@ -5,8 +5,8 @@ import pytest
 
 from oio.core.records import Belief
 from oio.estimators.ckf import Ckf
-from oio.estimators.propagation import moved
-from oio.estimators.sigma_points import LEAST, positive
+from oio.estimators.propagation import propagate_mean
+from oio.estimators.sigma_points import MIN_EIGENVALUE, nearest_positive_definite
 from oio.estimators.ukf import Ukf
 
 FILTERS = [Ckf(gate_nis=25.0), Ukf(gate_nis=25.0, alpha=0.3, beta=2.0, kappa=0.0), Ukf(gate_nis=25.0, alpha=1.0, beta=2.0, kappa=0.0)]
@@ -15,10 +15,10 @@ FILTERS = [Ckf(gate_nis=25.0), Ukf(gate_nis=25.0, alpha=0.3, beta=2.0, kappa=0.0
 def test_a_singular_correlation_is_mended_and_a_good_one_left_alone():
     rng = np.random.default_rng(0)
     good = np.corrcoef(rng.standard_normal((6, 50)))
-    assert positive(good) is good
+    assert nearest_positive_definite(good) is good
     twin = np.ones((3, 3)) - 1e-15 * np.ones((3, 3)) + 1e-15 * np.eye(3)
-    mended = positive(twin)
-    np.testing.assert_allclose(mended, twin, atol=10 * LEAST)
+    mended = nearest_positive_definite(twin)
+    np.testing.assert_allclose(mended, twin, atol=10 * MIN_EIGENVALUE)
     np.linalg.cholesky(mended)
 
 
@@ -43,6 +43,6 @@ def test_moments_of_the_gas_are_those_of_many_draws(search, estimator):
     start, rng = Belief(0, belief.mean, cov), np.random.default_rng(3)
     after, drawn = estimator.predict(model, start, joints), np.array(belief.mean) + 1e-6 * rng.standard_normal((20_000, model.size))
     drawn[:, s] = belief.mean[s] + 0.01 * rng.standard_normal((20_000, 3))
-    gas = moved(model, drawn, joints.t_ns / 1e9, joints)[:, f]
+    gas = propagate_mean(model, drawn, joints.t_ns / 1e9, joints)[:, f]
     plain = model.transition(belief.mean, joints.t_ns / 1e9, joints)[0][f]
     assert abs(after.mean[f] - np.mean(gas)) < 0.5 * abs(plain - np.mean(gas)) + 0.1 * np.std(gas) / np.sqrt(200)

@@ -8,8 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from oio.core.errors import NotObservable
-from oio.inference.belief_map import problem_of
-from oio.inference.trilateration import circle, differenced, dilution, two_points, unknown_strength, vertex
+from oio.inference.belief_map import search_problem
+from oio.inference.trilateration import circle, dilution_of_precision, linear_source, two_points, vertex, vertex_unknown_strength
 
 points = st.tuples(*[st.floats(-0.4, 0.4)] * 3).map(np.array)
 
@@ -120,22 +120,22 @@ def test_dilution_is_the_spread_of_a_least_squares_fit():
     d = centres - source
     rows = np.column_stack([d / np.sum(d**2, axis=1, keepdims=True), np.ones(9)])
     fits = np.linalg.lstsq(rows, 0.01 * rng.standard_normal((9, 5000)), rcond=None)[0][:3]
-    assert np.sqrt(np.sum(np.var(fits, axis=1))) == pytest.approx(0.01 * dilution(centres, source), rel=0.05)
+    assert np.sqrt(np.sum(np.var(fits, axis=1))) == pytest.approx(0.01 * dilution_of_precision(centres, source), rel=0.05)
 
 
 def test_dilution_is_infinite_on_an_arc_and_finite_off_it():
     angle = np.linspace(-1, 1, 12)
     arc = np.column_stack([0.3 * np.cos(angle), 0.3 * np.sin(angle), np.full(12, 0.1)])
     source = np.array([0.4, 0.1, 0.2])
-    assert dilution(arc, source) == np.inf
+    assert dilution_of_precision(arc, source) == np.inf
     lifted = np.concatenate([arc, arc[::3] * 0.8 + [0.0, 0.0, 0.1]])
-    assert 0 < dilution(lifted, source) < 10
+    assert 0 < dilution_of_precision(lifted, source) < 10
 
 
 def test_more_sniffs_never_dilute():
     rng, source = np.random.default_rng(1), np.array([0.3, 0.05, 0.2])
     centres = source + rng.uniform(-0.2, 0.2, (20, 3))
-    values = [dilution(centres[:k], source) for k in range(5, 21)]
+    values = [dilution_of_precision(centres[:k], source) for k in range(5, 21)]
     assert np.all(np.diff(values) <= 1e-12)
 
 
@@ -146,37 +146,37 @@ def test_ratios_of_ranges_are_enough(seed, count, strength):
     centres, source = rng.uniform(-0.3, 0.3, (count, 3)), rng.uniform(-0.3, 0.3, 3)
     r = np.linalg.norm(centres - source, axis=1)
     assume(np.min(r) > 0.03)
-    np.testing.assert_allclose(unknown_strength(centres, strength * r), source, atol=1e-5)
+    np.testing.assert_allclose(vertex_unknown_strength(centres, strength * r), source, atol=1e-5)
 
 
 def test_ratios_do_not_tell_in_a_plane():
     rng = np.random.default_rng(0)
     flat = np.column_stack([rng.uniform(-0.3, 0.3, (8, 2)), np.zeros(8)])
     with pytest.raises(NotObservable, match="open"):
-        unknown_strength(flat, np.linalg.norm(flat - [0.1, 0.0, 0.1], axis=1))
+        vertex_unknown_strength(flat, np.linalg.norm(flat - [0.1, 0.0, 0.1], axis=1))
     with pytest.raises(NotObservable, match="2 more places"):
-        unknown_strength(flat[:3], np.ones(3))
+        vertex_unknown_strength(flat[:3], np.ones(3))
 
 
 @given(exponent=st.floats(0.0, 0.3), ln_gain=st.floats(-8.0, 8.0))
 def test_a_law_so_flat_that_ranges_overflow_is_no_crash(lab, exponent, ln_gain):
     """Exponents near zero come out of a beacon in a strong wind; ranges are then c^(-1/n)."""
     made = lab(3, 1, seed=525)
-    problem = problem_of(made.problem(made.theta(), poses=12).sniffs, made.known)
+    problem = search_problem(made.problem(made.theta(), poses=12).sniffs, made.known)
     theta = problem.mean.copy()
     theta[problem.layout.exponent] = exponent
     theta[problem.layout.gain] = ln_gain
-    start = differenced(replace(problem, mean=theta), problem.nose(problem.mean))
+    start = linear_source(replace(problem, mean=theta), problem.nose(problem.mean))
     assert start.shape in ((0, 3), (1, 3)) and np.all(np.isfinite(start))
 
 
 def test_elements_that_are_read_at_once_have_one_sphere(lab):
     made = lab(3, 1, seed=525)
-    problem = problem_of(made.problem(made.theta(), poses=12).sniffs, made.known)
-    one = differenced(problem, problem.nose(problem.mean))
+    problem = search_problem(made.problem(made.theta(), poses=12).sniffs, made.known)
+    one = linear_source(problem, problem.nose(problem.mean))
     sn = problem.sniffs
     twice = {name: np.repeat(getattr(sn, name), 2) for name in ("at", "reading_t_s", "element", "ppm", "sigma_ppm", "censored")}
-    np.testing.assert_allclose(differenced(replace(problem, sniffs=replace(sn, **twice)), problem.nose(problem.mean)), one, atol=1e-9)
+    np.testing.assert_allclose(linear_source(replace(problem, sniffs=replace(sn, **twice)), problem.nose(problem.mean)), one, atol=1e-9)
     assert len(one) == 1
 
 
@@ -186,6 +186,6 @@ def test_differenced_spheres_come_near_the_source(lab):
     for seed in range(12):
         made = lab(3, 1, seed=520 + seed)
         theta = made.theta()
-        problem = problem_of(made.problem(theta, poses=12).sniffs, made.known)
-        misses += [float(np.linalg.norm(place - theta[:3])) for place in differenced(problem, problem.nose(problem.mean))]
+        problem = search_problem(made.problem(theta, poses=12).sniffs, made.known)
+        misses += [float(np.linalg.norm(place - theta[:3])) for place in linear_source(problem, problem.nose(problem.mean))]
     assert len(misses) > 9 and np.median(misses) < 0.05

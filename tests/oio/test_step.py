@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from oio.core.records import Belief, JointState, nanoseconds
 from oio.estimators.joseph_update import joseph
-from oio.estimators.propagation import Linear, moved, noisy, predicted
+from oio.estimators.propagation import LinearizedStep, add_process_noise, predict, propagate_mean
 from oio.inference.uncertainty import Noise
 
 LADDER = [(1, 1), (2, 2), (3, 1), (5, 2)]
@@ -48,7 +48,7 @@ def test_a_compiled_step_is_the_models(lab, dof, elements, seed, dt, paper):
     model, x, sensed = replace(drifting(made.model), noise=noise), state(made, rng), joints(made, rng, 7.0 + dt)
     cov, dt = covariance(model.size, rng), (nanoseconds(7.0 + dt) - nanoseconds(7.0)) / 1e9
     mean, f, q = model.transition(x, dt, sensed)
-    after = predicted(model, Belief(nanoseconds(7.0), x, cov), sensed)
+    after = predict(model, Belief(nanoseconds(7.0), x, cov), sensed)
     whole = f @ cov @ f.T + q
     scale = np.sqrt(np.diag(whole))
     np.testing.assert_allclose(after.mean, mean, rtol=1e-12, atol=1e-15)
@@ -62,27 +62,27 @@ def test_a_linear_step_has_the_models_f_and_its_transpose(lab, dof, elements):
     made, rng = lab(dof, elements, 3), np.random.default_rng(3)
     model, x, sensed = drifting(made.model), state(made, rng), joints(made, rng, 0.1)
     (mean, f, q), away, cov = model.transition(x, 0.1, sensed), rng.standard_normal(model.size), covariance(model.size, rng)
-    step = Linear.of(model, x, 0.1, sensed)
+    step = LinearizedStep.of(model, x, 0.1, sensed)
     after, spread = step.forward(x + away, cov)
     scale = np.sqrt(np.diag(f @ cov @ f.T + q))
     np.testing.assert_allclose(after, mean + f @ away, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(spread / np.outer(scale, scale), (f @ cov @ f.T + q) / np.outer(scale, scale), atol=1e-12)
     np.testing.assert_allclose(step.back(away), f.T @ away, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(noisy(model, x, np.zeros_like(cov), 0.1, sensed), q, rtol=1e-12, atol=1e-30)
+    np.testing.assert_allclose(add_process_noise(model, x, np.zeros_like(cov), 0.1, sensed), q, rtol=1e-12, atol=1e-30)
 
 
 def test_many_states_move_as_each_does(lab):
     made, rng = lab(5, 2, 4), np.random.default_rng(4)
     x, sensed = np.array([state(made, rng) for _ in range(7)]), joints(made, rng, 0.1)
     each = [made.model.transition(row, 0.1, sensed)[0] for row in x]
-    np.testing.assert_allclose(moved(made.model, x, 0.1, sensed), each, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(propagate_mean(made.model, x, 0.1, sensed), each, rtol=1e-12, atol=1e-15)
 
 
 def test_joints_of_another_arm_are_refused(lab):
     made, rng = lab(3, 1, 5), np.random.default_rng(5)
     belief = Belief(0, state(made, rng), covariance(made.model.size, rng))
     with pytest.raises(ValueError, match="3 joint values"):
-        predicted(made.model, belief, joints(lab(5, 1), rng, 0.1))
+        predict(made.model, belief, joints(lab(5, 1), rng, 0.1))
 
 
 @given(seed=st.integers(0, 10**6))
@@ -104,7 +104,7 @@ def halves(model, belief, sensed, parts):
     """The belief at the time of `sensed` in so many steps; the arm stands still."""
     for i in range(1, parts + 1):
         t_ns = belief.t_ns + (sensed.t_ns - belief.t_ns) // (parts - i + 1)
-        belief = predicted(model, belief, replace(sensed, t_ns=t_ns))
+        belief = predict(model, belief, replace(sensed, t_ns=t_ns))
     return belief
 
 

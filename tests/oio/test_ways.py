@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
 from oio.kinematics.arm import smooth
-from oio.motion.path_planning import COARSE, SHORTEST_S, TOLERANCE_M, _straight, at, lasts_s, out_m, planned
+from oio.motion.path_planning import COARSE_CHECKS, MIN_SEGMENT_S, TOLERANCE_M, _straight, box_violation_m, duration_s, joints_at, plan
 
 SEEDS = st.integers(0, 10_000)
 
 
 def noses(arm, way, count=400):
     """Places (k, 3) along the way."""
-    return arm.nose(np.array([at(way, t_s) for t_s in np.linspace(0.0, lasts_s(way), count)]))
+    return arm.nose(np.array([joints_at(way, t_s) for t_s in np.linspace(0.0, duration_s(way), count)]))
 
 
 def of(arm, seed):
@@ -25,7 +25,7 @@ def of(arm, seed):
 
 def planned_or_none(arm, a, b, **more):
     try:
-        return planned(arm, a, b, **more)
+        return plan(arm, a, b, **more)
     except BadInput:
         return None
 
@@ -41,11 +41,11 @@ def test_the_nose_stays_in_its_box_and_the_legs_are_joined(built, dof):
         if way is None:
             assert not arm.free(a, b)
             return
-        assert out_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
+        assert box_violation_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
         np.testing.assert_array_equal(way[0].start, a)
         for leg, after in zip(way, (*(leg.start for leg in way[1:]), b), strict=True):
             np.testing.assert_allclose(leg.start + leg.turn, after, atol=1e-12)
-        np.testing.assert_allclose([at(way, 0.0), at(way, lasts_s(way))], [a, b], atol=1e-12)
+        np.testing.assert_allclose([joints_at(way, 0.0), joints_at(way, duration_s(way))], [a, b], atol=1e-12)
 
     stays()
 
@@ -54,10 +54,10 @@ def test_the_nose_stays_in_its_box_and_the_legs_are_joined(built, dof):
 def test_straight_where_that_will_do_in_the_time_the_arm_plans_to_the_bit(built, seed):
     arm = built("arm", "dof=5")
     a, b = of(arm, seed)
-    inside = out_m(arm, arm.nose(a + np.linspace(0.0, 1.0, 2001)[:, None] * (b - a))) <= 0.0
+    inside = box_violation_m(arm, arm.nose(a + np.linspace(0.0, 1.0, 2001)[:, None] * (b - a))) <= 0.0
     if inside:
-        (leg,) = planned(arm, a, b)
-        assert leg.over_s == max(float(arm.duration_s(a, b)), SHORTEST_S)
+        (leg,) = plan(arm, a, b)
+        assert leg.over_s == max(float(arm.duration_s(a, b)), MIN_SEGMENT_S)
         np.testing.assert_array_equal(leg.turn, b - a)
 
 
@@ -71,7 +71,7 @@ def test_what_is_looked_at_in_places_is_so_in_between(built, size):
         b = a + size * rng.uniform(-1.0, 1.0, arm.dof)
         leg, seen_m = _straight(arm, a, b)
         nose = arm.nose(a + shares * (b - a))
-        assert out_m(arm, nose) == pytest.approx(seen_m, abs=5e-5)
+        assert box_violation_m(arm, nose) == pytest.approx(seen_m, abs=5e-5)
         assert np.max(np.linalg.norm(np.diff(nose, axis=0), axis=1)) * 2000 == pytest.approx(leg.rush_m, rel=2e-3)
 
 
@@ -82,21 +82,21 @@ def test_a_round_trip_takes_as_long_either_way(built):
         there, back = planned_or_none(arm, a, b), planned_or_none(arm, b, a)
         assert (there is None) == (back is None)
         if there is not None and len(there) == len(back) == 1:
-            assert lasts_s(there) == pytest.approx(lasts_s(back), rel=1e-9)
+            assert duration_s(there) == pytest.approx(duration_s(back), rel=1e-9)
 
 
-@pytest.mark.parametrize("coarse", [COARSE, 2])
+@pytest.mark.parametrize("coarse", [COARSE_CHECKS, 2])
 def test_over_a_ceiling_that_is_too_low_the_way_goes_round(built, monkeypatch, coarse):
     """And what was thought of coarsely is looked at closely, be it ever so coarse."""
-    monkeypatch.setattr("oio.motion.path_planning.COARSE", coarse)
+    monkeypatch.setattr("oio.motion.path_planning.COARSE_CHECKS", coarse)
     arm = replace(built("arm", "dof=3"), box_high_m=(0.58, 0.45, 0.20))
     round_about = [planned_or_none(arm, *of(arm, seed)) for seed in range(100) if not arm.free(*of(arm, seed))]
     found = [way for way in round_about if way is not None]
     assert len(found) > 3 and all(len(way) in (2, 3) for way in found)
     for way in found:
-        assert out_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
-        q = np.array([at(way, t_s) for t_s in np.linspace(0.0, lasts_s(way), 1000)])
-        assert np.max(np.abs(np.diff(q, axis=0))) <= 1.001 * arm.joint_speed * lasts_s(way) / 999
+        assert box_violation_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
+        q = np.array([joints_at(way, t_s) for t_s in np.linspace(0.0, duration_s(way), 1000)])
+        assert np.max(np.abs(np.diff(q, axis=0))) <= 1.001 * arm.joint_speed * duration_s(way) / 999
 
 
 def test_the_same_poses_have_the_same_way(built):
@@ -116,7 +116,7 @@ def test_a_bent_way_is_slowed_to_the_limit_of_the_nose(built):
         way = planned_or_none(slow, a, b)
         if way is None or len(way) > 1:
             continue
-        p, over_s = noses(slow, way, 4001), lasts_s(way)
+        p, over_s = noses(slow, way, 4001), duration_s(way)
         assert np.max(np.linalg.norm(np.diff(p, axis=0), axis=1)) / (over_s / 4000) == pytest.approx(0.2, rel=3e-3)
         assert over_s > arm.duration_s(a, b)
 
@@ -124,7 +124,7 @@ def test_a_bent_way_is_slowed_to_the_limit_of_the_nose(built):
 def test_where_there_is_no_way_that_is_said(built):
     arm = built("arm", "dof=3")
     with pytest.raises(BadInput, match=r"no way was found from \[0.0, -1.0, 0.6\] to .* it gets \d+ mm out. Ask for .*dof=5"):
-        planned(arm, arm.home, np.array([1.783, -1.518, -1.527]))
+        plan(arm, arm.home, np.array([1.783, -1.518, -1.527]))
 
 
 def test_one_joint_has_one_way(built):
@@ -133,4 +133,4 @@ def test_one_joint_has_one_way(built):
     a, b = np.array([-0.4]), np.array([0.4])
     assert arm.inside(a) and arm.inside(b)
     with pytest.raises(BadInput, match="gets 16 mm out"):
-        planned(arm, a, b)
+        plan(arm, a, b)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oio.core.records import GasReading, JointState, nanoseconds
-from oio.gas.bouts import Baseline
-from oio.gas.detection import Whiff
+from oio.gas.bouts import ElementBaseline
+from oio.gas.detection import WhiffDetector
 
 AIR_PPM, SIGMA_PPM, FALL_S = 2.0, 0.1, 5.0
 HERE = np.zeros(3)
@@ -19,7 +19,7 @@ taus = st.floats(1e-2, FALL_S)
 
 
 def whiff(elements=1, fall_s=FALL_S):
-    return Whiff((Baseline(AIR_PPM, SIGMA_PPM, AIR_PPM, 100, 100.0),) * elements, fall_s)
+    return WhiffDetector((ElementBaseline(AIR_PPM, SIGMA_PPM, AIR_PPM, 100, 100.0),) * elements, fall_s)
 
 
 def reading(t_s, signal_ppm, element=0):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from oio.core.records import GasReading, seconds
-from oio.estimators.propagation import Linear, predicted
-from oio.estimators.smoothing_window import Window, Windowed, backward, forward, opened
+from oio.estimators.propagation import LinearizedStep, predict
+from oio.estimators.smoothing_window import Window, WindowedBelief, as_windowed, backward_pass, forward_pass
 
 WINDOW = Window(readings=4, steps=1000, iterations=30, settled_sigmas=1e-6)
 
@@ -20,7 +20,7 @@ def linearised(model, belief, since):
     for sensed in since:
         if not isinstance(sensed, GasReading):
             path.append(belief.mean)
-            belief = predicted(model, belief, sensed)
+            belief = predict(model, belief, sensed)
     return np.array(path)
 
 
@@ -56,12 +56,12 @@ def test_a_pass_is_the_big_gaussian(search):
     model, _, belief, steps = search(3, 2, seed=1)
     since = sensed_of(steps[:8])
     path = linearised(model, belief, since)
-    passed, (mean, cov) = forward(model, belief, since, path), dense(model, belief, since, path)
+    passed, (mean, cov) = forward_pass(model, belief, since, path), dense(model, belief, since, path)
     last, scale = passed.beliefs[-1], np.sqrt(np.diag(belief.cov))
     sd = np.sqrt(np.diag(last.cov))
     np.testing.assert_allclose((last.mean - mean[-1]) / sd, 0.0, atol=1e-5)
     np.testing.assert_allclose(last.cov / np.outer(sd, sd), cov[-model.size :, -model.size :] / np.outer(sd, sd), atol=1e-5)
-    np.testing.assert_allclose((backward(passed, path) - mean[:-1]) / scale, 0.0, atol=1e-5)
+    np.testing.assert_allclose((backward_pass(passed, path) - mean[:-1]) / scale, 0.0, atol=1e-5)
 
 
 def test_it_ends_where_it_is_linearised_about_its_own_answer(search):
@@ -71,10 +71,10 @@ def test_it_ends_where_it_is_linearised_about_its_own_answer(search):
     window = Window(readings=1000, steps=1000, iterations=30, settled_sigmas=1e-6)
     for sensed in since:
         belief = window.update(model, belief, sensed, 25.0)[0] if isinstance(sensed, GasReading) else window.predict(model, belief, sensed)
-    assert isinstance(belief, Windowed) and belief.since == since
-    again = forward(model, belief.anchor, since, belief.path)
-    assert again.moved(backward(again, belief.path) - belief.path) < 1e-5
-    plain = forward(model, belief.anchor, since, linearised(model, belief.anchor, since)).beliefs[-1]
+    assert isinstance(belief, WindowedBelief) and belief.since == since
+    again = forward_pass(model, belief.anchor, since, belief.path)
+    assert again.moved(backward_pass(again, belief.path) - belief.path) < 1e-5
+    plain = forward_pass(model, belief.anchor, since, linearised(model, belief.anchor, since)).beliefs[-1]
     assert plain.mean != pytest.approx(belief.mean, rel=1e-6)
 
 
@@ -101,12 +101,12 @@ def test_a_window_keeps_so_many_readings_and_so_many_steps(search):
     short = Window(readings=4, steps=5, iterations=2, settled_sigmas=0.01)
     for joints, _ in steps[40:]:
         belief = short.predict(model, belief, joints)
-        assert len(belief.path) <= 30 and type(belief.anchor) is not Windowed
+        assert len(belief.path) <= 30 and type(belief.anchor) is not WindowedBelief
     assert len(belief.path) <= 5
 
 
 def test_the_prediction_is_the_extended_filters(search):
     model, _, belief, steps = search(3, 2, seed=5)
-    after, plain = WINDOW.predict(model, belief, steps[0][0]), predicted(model, belief, steps[0][0])
+    after, plain = WINDOW.predict(model, belief, steps[0][0]), predict(model, belief, steps[0][0])
     assert after.mean.tobytes() == plain.mean.tobytes() and after.cov.tobytes() == plain.cov.tobytes()
-    assert opened(after) is after and Linear.of(model, belief.mean, 0.05, steps[0][0]).mean == pytest.approx(plain.mean)
+    assert as_windowed(after) is after and LinearizedStep.of(model, belief.mean, 0.05, steps[0][0]).mean == pytest.approx(plain.mean)

@@ -9,7 +9,7 @@ import pytest
 from oio.bench.trial import experiment
 from oio.core.records import seconds
 from oio.log import MemoryLog
-from oio.results.calibration import Baselines, MapCalibration
+from oio.results.calibration import BaselineResult, MapCalibration
 from oio.runtime.runner import run_stages
 from pipelines.map_beliefs import MapBeliefs
 
@@ -26,7 +26,7 @@ def calibrated(out, budget_s, seed):
     with built.backend.open() as world:
         results = run_stages(built.stages, world, built.arm, MemoryLog(), out, seed)
     found = results[MapCalibration]
-    return found, seconds(found.ended_ns - results[Baselines].began_ns)
+    return found, seconds(found.ended_ns - results[BaselineResult].began_ns)
 
 
 @pytest.fixture(scope="module", params=[0, 1, 2])

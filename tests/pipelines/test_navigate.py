@@ -13,7 +13,7 @@ from oio.bench.trial import experiment
 from oio.core.errors import WorldEnded
 from oio.core.records import JointState, seconds
 from oio.estimators.odometry import Odometry
-from oio.gas.detection import Whiff
+from oio.gas.detection import WhiffDetector
 from oio.log import MemoryLog
 from oio.results.calibration import Navigation
 from oio.results.summary import Evaluation
@@ -144,7 +144,7 @@ def test_missed_readings_leave_no_mark(tmp_path, monkeypatch):
     assert np.all(np.isfinite(found.source_m)) and scored.calibrated.believed_m == found.source_m
 
 
-class Scripted(Whiff):
+class Scripted(WhiffDetector):
     """Says of the moves that it smelt something, or that the sensor was as in clean air."""
 
     script = ""  # a letter per move: s smelt, . silent, - neither: something is left of an earlier sniff

@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from hardware.codecs import line
-from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock, DeviceClock
 from hardware.transport.device import Counts
 from hardware.transport.microcontroller import BAUD, BOOT_S, acknowledged
@@ -33,7 +33,7 @@ class Line:
 
     key, name, baud = "backend.nose", "line", BAUD
 
-    def __init__(self, intake: Intake, clock: Clock, sentence: Sentence, sample_s: float) -> None:
+    def __init__(self, intake: ReadingFilter, clock: Clock, sentence: Sentence, sample_s: float) -> None:
         self._intake, self._clock, self._device = intake, clock, DeviceClock()
         self._period_ms, self._sentence, self._names = round(1e3 * sample_s), sentence, sentence.elements
         self._at = {name: 1 + i for i, name in enumerate(sentence.columns)}

@@ -11,7 +11,7 @@ EARLY = 0.7  # of a sampling period after something new the wire is left alone
 REST_S = 0.05  # at a time, so that the thread can end
 
 
-class Pace:
+class PollSchedule:
     """Of one sensor, that is to be sampled every sample_s and gives something new every least_s at best."""
 
     def __init__(self, clock: Clock, sample_s: float, least_s: float) -> None:

@@ -1,7 +1,7 @@
 """Drivers of real noses, and which of them is at which port."""
 
 from hardware.drivers.noses import line, scd30, scd41
-from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock
 from hardware.transport.device import Driver
 from hardware.transport.mailbox import Mailbox
@@ -48,7 +48,7 @@ class NosePort:
             fits = "scd30 or scd41, which say ppm" if bits is None else "line, which says counts"
             raise BadInput(f"sensor={sensor.name} goes with {fits}, but backend.nose.driver={self.driver} was given.")
         stuck_after = self.stuck_after if _noisy(sensor) else NEVER
-        intake = Intake(mailbox, sensor.elements, sensor.highest_raw, stuck_after)
+        intake = ReadingFilter(mailbox, sensor.elements, sensor.highest_raw, stuck_after)
         if self.driver == "line":
             assert isinstance(bits, int)
             sentence = line.Sentence(self.talker, self.columns, "AB"[: sensor.elements], bits)

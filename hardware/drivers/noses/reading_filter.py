@@ -1,16 +1,16 @@
 """What a nose says on its way to the mailbox: numbers that are none or that never change go no further.
 
-Values at the upper rail are counted and pass, to the log: no stage sees them (`oio.runtime.guarded_world.Watched`).
+Values at the upper rail are counted and pass, to the log: no stage sees them (`oio.runtime.guarded_world.GuardedWorld`).
 """
 
 import math
 from collections import Counter
 
-from hardware.transport.mailbox import Arrived, Mailbox
+from hardware.transport.mailbox import Mailbox, StampedSample
 from oio.core.records import GasSample
 
 
-class Intake:
+class ReadingFilter:
     """Counts what it lets pass and what it does not."""
 
     def __init__(self, mailbox: Mailbox, elements: int, highest_raw: float, stuck_after: int) -> None:
@@ -26,7 +26,7 @@ class Intake:
         kind = self._kind(raw, times)
         self.counts[kind] += 1
         if kind in ("samples", "saturated"):
-            self._mailbox.put(Arrived(GasSample(t_ns, element, float(raw)), arrived_ns))
+            self._mailbox.put(StampedSample(GasSample(t_ns, element, float(raw)), arrived_ns))
 
     def none_before(self, t_ns: int) -> None:
         """No value is to come that is stamped before t_ns."""

@@ -4,12 +4,12 @@ import time
 from collections import Counter
 
 from hardware.codecs import modbus
-from hardware.drivers.noses.poll_schedule import Pace
-from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.poll_schedule import PollSchedule
+from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock
 from hardware.transport.device import Counts
 from hardware.transport.port import NoAnswer, Wire
-from hardware.transport.request import asked
+from hardware.transport.request import request
 
 ADDRESS = 0x61
 FIRMWARE, INTERVAL, READY, VALUES, START = 0x0020, 0x0025, 0x0027, 0x0028, 0x0036
@@ -23,10 +23,10 @@ class Scd30:
 
     key, name, baud = "backend.nose", "scd30", 19_200
 
-    def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
+    def __init__(self, intake: ReadingFilter, clock: Clock, sample_s: float) -> None:
         self._intake, self._clock, self._sample_s = intake, clock, sample_s
         self._replies, self._lost = modbus.Replies(ADDRESS), 0
-        self._pace = Pace(clock, sample_s, INTERVAL_S[0])
+        self._pace = PollSchedule(clock, sample_s, INTERVAL_S[0])
 
     def knock(self, wire: Wire) -> str | None:
         """Its firmware."""
@@ -76,7 +76,7 @@ class Scd30:
     def _read(self, wire: Wire, register: int, count: int) -> tuple[int, ...]:
         time.sleep(SILENCE_S)
         question = modbus.read_request(ADDRESS, register, count)
-        reply = asked(wire, question, self._replies, lambda r: isinstance(r, modbus.Refusal) or len(r.words) == count, ANSWER_S)
+        reply = request(wire, question, self._replies, lambda r: isinstance(r, modbus.Refusal) or len(r.words) == count, ANSWER_S)
         if isinstance(reply, modbus.Refusal):
             raise NoAnswer(f"refused with code {reply.code}")
         return reply.words
@@ -84,6 +84,6 @@ class Scd30:
     def _write(self, wire: Wire, register: int, value: int) -> None:
         time.sleep(SILENCE_S)
         question = modbus.write_request(ADDRESS, register, value)
-        reply = asked(wire, question, self._replies, lambda r: r.function in (6, 0x86), ANSWER_S)
+        reply = request(wire, question, self._replies, lambda r: r.function in (6, 0x86), ANSWER_S)
         if isinstance(reply, modbus.Refusal):
             raise NoAnswer(f"register {register:#06x} refused with code {reply.code}")

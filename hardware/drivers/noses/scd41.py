@@ -4,12 +4,12 @@ import time
 from collections import Counter
 
 from hardware.codecs import scd4x, shdlc
-from hardware.drivers.noses.poll_schedule import Pace
-from hardware.drivers.noses.reading_filter import Intake
+from hardware.drivers.noses.poll_schedule import PollSchedule
+from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock
 from hardware.transport.device import Counts
 from hardware.transport.port import NoAnswer, Wire
-from hardware.transport.request import asked
+from hardware.transport.request import request
 
 BRIDGE, SENSOR = 0x00, 0x62
 # commands of the bridge, for its first port: 3.3 V, supply on, 100 kHz; as in Sensirion's own driver
@@ -29,9 +29,9 @@ class Scd41:
 
     key, name, baud = "backend.nose", "scd41", 460_800
 
-    def __init__(self, intake: Intake, clock: Clock, sample_s: float) -> None:
+    def __init__(self, intake: ReadingFilter, clock: Clock, sample_s: float) -> None:
         self._intake, self._clock = intake, clock
-        self._pace = Pace(clock, sample_s, LEAST_S)
+        self._pace = PollSchedule(clock, sample_s, LEAST_S)
         self._frames, self._lost, self._refused, self._bad = shdlc.Miso(), 0, 0, 0
 
     def knock(self, wire: Wire) -> str | None:
@@ -118,4 +118,4 @@ class Scd41:
         return frame.data
 
     def _asked(self, wire: Wire, command: int, data: bytes) -> shdlc.Frame:
-        return asked(wire, shdlc.mosi(BRIDGE, command, data), self._frames, lambda f: f.command == command, ANSWER_S)
+        return request(wire, shdlc.mosi(BRIDGE, command, data), self._frames, lambda f: f.command == command, ANSWER_S)

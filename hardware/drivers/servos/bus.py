@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.transport.port import NoAnswer, Wire
-from hardware.transport.request import Framer, drained
+from hardware.transport.request import Framer, drain
 from oio.core.records import Array
 
 Positions = NDArray[np.int64]
@@ -19,7 +19,7 @@ ANSWER_S = 0.03  # host seconds for all servos: 0.7 ms of wire time, return dela
 
 
 @dataclass(frozen=True, slots=True)
-class Felt:
+class ServoState:
     """One look at all servos: counts (n,), load (n,) as a fraction of the most, and what one of them complains of, if it does."""
 
     counts: Positions
@@ -28,7 +28,7 @@ class Felt:
 
 
 @dataclass(frozen=True, slots=True)
-class Health:
+class ServoHealth:
     """One servo: whether it holds, the goal it was given last [counts], its supply and its case."""
 
     holds: bool
@@ -53,7 +53,7 @@ class Bus(Protocol):
         """Position mode, answers without delay."""
         ...
 
-    def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
+    def feel(self, wire: Wire, ids: Sequence[int]) -> ServoState:
         """Where all are, and what they carry."""
         ...
 
@@ -65,7 +65,7 @@ class Bus(Protocol):
         """Hold, or let go. Raises NoAnswer for a servo that refuses to hold."""
         ...
 
-    def health(self, wire: Wire, servo: int) -> Health:
+    def health(self, wire: Wire, servo: int) -> ServoHealth:
         """How one of them is."""
         ...
 
@@ -74,19 +74,19 @@ class Bus(Protocol):
         ...
 
 
-def answer(wire: Wire, question: bytes, framer: Framer[P], servo: int, of: Callable[[P], int | None]) -> P:
+def ask_one(wire: Wire, question: bytes, framer: Framer[P], servo: int, of: Callable[[P], int | None]) -> P:
     """The packet of one servo, for questions that may be asked again. Raises NoAnswer."""
     for _ in range(TRIES - 1):
         try:
-            return answers(wire, question, framer, [servo], of)[0]
+            return ask_all(wire, question, framer, [servo], of)[0]
         except NoAnswer:
             time.sleep(ANSWER_S)  # one that is only late shall be gone before the next question
-    return answers(wire, question, framer, [servo], of)[0]
+    return ask_all(wire, question, framer, [servo], of)[0]
 
 
-def answers(wire: Wire, question: bytes, framer: Framer[P], ids: Sequence[int], of: Callable[[P], int | None]) -> list[P]:
+def ask_all(wire: Wire, question: bytes, framer: Framer[P], ids: Sequence[int], of: Callable[[P], int | None]) -> list[P]:
     """One packet of each servo, in the order of `ids`; `of` says whose answer a packet is. Raises NoAnswer if one is missing."""
-    drained(wire, framer)
+    drain(wire, framer)
     wire.write(question)
     until_s, heard = time.monotonic() + ANSWER_S, dict[int, P]()
     while len(heard) < len(ids) and (left_s := until_s - time.monotonic()) > 0:

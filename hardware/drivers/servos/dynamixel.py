@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hardware.codecs import dynamixel
-from hardware.drivers.servos.bus import Felt, Health, Positions, answer, answers
+from hardware.drivers.servos.bus import Positions, ServoHealth, ServoState, ask_all, ask_one
 from hardware.transport.port import NoAnswer, Wire
 from oio.core.errors import OioError
 
@@ -46,13 +46,13 @@ class Dynamixel:
             if self._most[servo] == 0:
                 raise OioError(f"servo {servo} measures no current (as XL430 and XC430), so the arm could not feel what is in its way.")
 
-    def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
+    def feel(self, wire: Wire, ids: Sequence[int]) -> ServoState:
         """See `Bus`; load is the current over the current limit."""
         question = dynamixel.sync_read(*PRESENT, ids)
-        packets = answers(wire, question, self._packets, ids, _of(PRESENT.length))
+        packets = ask_all(wire, question, self._packets, ids, _of(PRESENT.length))
         fields = [np.frombuffer(p.params, dtype=[("current", "<i2"), ("velocity", "<i4"), ("position", "<i4")])[0] for p in packets]
         load = np.array([abs(int(f["current"])) / self._most[s] for f, s in zip(fields, ids, strict=True)])
-        return Felt(np.array([int(f["position"]) for f in fields]), load, next((said for p in packets if (said := _complaint(p))), None))
+        return ServoState(np.array([int(f["position"]) for f in fields]), load, next((said for p in packets if (said := _complaint(p))), None))
 
     def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
         """See `Bus`."""
@@ -66,18 +66,18 @@ class Dynamixel:
             if on and packet.error:
                 raise NoAnswer(_complaint(packet) or f"servo {servo} refuses to hold with error {packet.error}")
 
-    def health(self, wire: Wire, servo: int) -> Health:
+    def health(self, wire: Wire, servo: int) -> ServoHealth:
         """See `Bus`."""
-        data = answers(wire, dynamixel.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
+        data = ask_all(wire, dynamixel.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
         voltage, temperature = (_at(data, r) for r in (dynamixel.PRESENT_VOLTAGE, dynamixel.PRESENT_TEMPERATURE))
-        return Health(data[0] == 1, _at(data, dynamixel.GOAL_POSITION), 0.1 * voltage, float(temperature))
+        return ServoHealth(data[0] == 1, _at(data, dynamixel.GOAL_POSITION), 0.1 * voltage, float(temperature))
 
     def _read(self, wire: Wire, servo: int, register: dynamixel.Register) -> bytes:
-        return answer(wire, dynamixel.read(servo, *register), self._packets, servo, _of(register.length)).params
+        return ask_one(wire, dynamixel.read(servo, *register), self._packets, servo, _of(register.length)).params
 
     def _write(self, wire: Wire, servo: int, register: dynamixel.Register, value: int) -> dynamixel.Packet:
         question = dynamixel.write(servo, register.address, value.to_bytes(register.length, "little"))
-        return answer(wire, question, self._packets, servo, _of(0))
+        return ask_one(wire, question, self._packets, servo, _of(0))
 
     @staticmethod
     def _number(data: bytes) -> int:

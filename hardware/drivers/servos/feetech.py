@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hardware.codecs import sts
-from hardware.drivers.servos.bus import Felt, Health, Positions, answer, answers
+from hardware.drivers.servos.bus import Positions, ServoHealth, ServoState, ask_all, ask_one
 from hardware.transport.port import NoAnswer, Wire
 
 PRESENT = sts.Register(sts.PRESENT_POSITION.address, 6)  # position, velocity, load
@@ -53,14 +53,14 @@ class Feetech:
                     self._write(wire, servo, register, wanted)
                     self._write(wire, servo, sts.LOCK, 1)
 
-    def feel(self, wire: Wire, ids: Sequence[int]) -> Felt:
+    def feel(self, wire: Wire, ids: Sequence[int]) -> ServoState:
         """See `Bus`."""
         question = sts.sync_read(*PRESENT, ids)
-        packets = answers(wire, question, self._packets, ids, _of(PRESENT.length))
+        packets = ask_all(wire, question, self._packets, ids, _of(PRESENT.length))
         words = np.array([np.frombuffer(p.params, dtype="<u2") for p in packets], dtype=np.int64)
         counts = [sts.signed(int(w), SIGN_POSITION) for w in words[:, 0]]
         load = np.array([abs(sts.signed(int(w), SIGN_LOAD)) for w in words[:, 2]]) / LOAD_FULL
-        return Felt(np.array(counts), load, next((said for p in packets if (said := _complaint(p))), None))
+        return ServoState(np.array(counts), load, next((said for p in packets if (said := _complaint(p))), None))
 
     def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
         """See `Bus`."""
@@ -74,18 +74,18 @@ class Feetech:
             if on and said:
                 raise NoAnswer(said)
 
-    def health(self, wire: Wire, servo: int) -> Health:
+    def health(self, wire: Wire, servo: int) -> ServoHealth:
         """See `Bus`."""
-        data = answers(wire, sts.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
+        data = ask_all(wire, sts.read(servo, *HEALTH), self._packets, [servo], _of(HEALTH.length))[0].params
         goal, voltage, temperature = (_at(data, r) for r in (sts.GOAL_POSITION, sts.PRESENT_VOLTAGE, sts.PRESENT_TEMPERATURE))
-        return Health(data[0] == 1, sts.signed(goal, SIGN_POSITION), 0.1 * voltage, float(temperature))
+        return ServoHealth(data[0] == 1, sts.signed(goal, SIGN_POSITION), 0.1 * voltage, float(temperature))
 
     def _read(self, wire: Wire, servo: int, register: sts.Register) -> bytes:
-        return answer(wire, sts.read(servo, *register), self._packets, servo, _of(register.length)).params
+        return ask_one(wire, sts.read(servo, *register), self._packets, servo, _of(register.length)).params
 
     def _write(self, wire: Wire, servo: int, register: sts.Register, value: int) -> sts.Packet:
         question = sts.write(servo, register.address, value.to_bytes(register.length, "little"))
-        return answer(wire, question, self._packets, servo, _of(0))
+        return ask_one(wire, question, self._packets, servo, _of(0))
 
     @staticmethod
     def _number(data: bytes) -> int:

@@ -5,7 +5,7 @@ import numpy as np
 from oio.core.records import Array, JointState, seconds
 
 
-class Differences:
+class FiniteDifferences:
     """One joint state after the other."""
 
     def __init__(self) -> None:

@@ -7,7 +7,7 @@ from oio.core.records import Array, JointState, nanoseconds
 from oio.kinematics.arm import Arm
 
 
-class Standing:
+class FixedMount:
     """Joint states all the same: whoever reads the log finds the nose where the configuration says it is."""
 
     def __init__(self, arm: Arm, period_s: float) -> None:

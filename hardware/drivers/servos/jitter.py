@@ -5,7 +5,7 @@ import math
 from oio.core.records import seconds
 
 
-class Rhythm:
+class Jitter:
     """Period of what happens again and again: mean, spread, longest (Welford 1962)."""
 
     def __init__(self) -> None:

@@ -11,29 +11,29 @@ from oio.kinematics.arm import Arm
 from oio.kinematics.forward import nose_and_jacobian
 from oio.kinematics.homing import Homing
 
-STEP = 0.25  # of a turn: more between two looks is a wrap
+MAX_STEP_TURNS = 0.25  # of a turn: more between two looks is a wrap
 MISFIT_DEG = 15.0  # ends that are farther from the MJCF's than this are not its ends
-APART = 0.5  # of what it was turned by: where Enter was pressed at LOW and at HIGH must be farther apart, or they are no two ends
+MIN_SEPARATION = 0.5  # of what it was turned by: where Enter was pressed at LOW and at HIGH must be farther apart, or they are no two ends
 LEVER_M = 0.03  # a nose on a smaller circle than this is seen to roll, not to go anywhere
-WAYS = (("forward", "back"), ("to the arm's left", "to the arm's right"), ("up", "down"))  # along +x and -x, y, z of the base
+DIRECTIONS = (("forward", "back"), ("to the arm's left", "to the arm's right"), ("up", "down"))  # along +x and -x, y, z of the base
 
 
-def ways(arm: Arm) -> list[tuple[str, str]]:
+def end_directions(arm: Arm) -> list[tuple[str, str]]:
     """Per joint of the whole arm in words what the nose does when the joint leaves the home pose for its LOW end, and for its HIGH end.
 
     At once, not at the ends: a joint that swings the nose half around brings it back on both sides.
     """
     slopes = arm.nose_jacobian(arm.home)[1]  # dp/dq (3, n)
-    return [_went(slopes[:, i]) if math.hypot(*slopes[:, i]) >= LEVER_M else _rolled(arm, i) for i in range(len(arm.all_names))]
+    return [_nose_direction(slopes[:, i]) if math.hypot(*slopes[:, i]) >= LEVER_M else _roll_direction(arm, i) for i in range(len(arm.all_names))]
 
 
-def _went(slope: Array) -> tuple[str, str]:
+def _nose_direction(slope: Array) -> tuple[str, str]:
     most = int(np.argmax(np.abs(slope)))
-    plus, minus = (f"the nose goes {way}" for way in WAYS[most])
+    plus, minus = (f"the nose goes {way}" for way in DIRECTIONS[most])
     return (minus, plus) if slope[most] > 0 else (plus, minus)
 
 
-def _rolled(arm: Arm, i: int) -> tuple[str, str]:
+def _roll_direction(arm: Arm, i: int) -> tuple[str, str]:
     """Seen along the line from the joint to the nose: an axis that points away turns clockwise."""
     poses, axes, kinds, locked, _ = arm.links
     chain, q = (poses[: i + 1], axes[: i + 1], kinds[: i + 1], locked[: i + 1]), np.ascontiguousarray(arm.home[None, : i + 1])
@@ -48,7 +48,7 @@ def _rolled(arm: Arm, i: int) -> tuple[str, str]:
     return rolls if along_m > 0 else rolls[::-1]
 
 
-class Turned:
+class JointSweep:
     """Counts of one joint while a person turned it from its LOW end to its HIGH end, `ends_deg` in the MJCF."""
 
     def __init__(self, name: str, per_turn: int, ends_deg: tuple[float, float]) -> None:
@@ -60,7 +60,7 @@ class Turned:
 
     def add(self, counts: int) -> None:
         """One look. Raises OioError where the count wraps: a joint's range must lie within one turn of its servo."""
-        if self._last >= 0 and abs(counts - self._last) > STEP * self._per_turn:
+        if self._last >= 0 and abs(counts - self._last) > MAX_STEP_TURNS * self._per_turn:
             raise OioError(
                 f"the count of {self.name} jumped from {self._last} to {counts}: its servo's turn wraps inside the joint's range. Take the "
                 f"horn off, turn the servo to its middle ({self._per_turn // 2}), put the horn on with the joint in its middle, and home "
@@ -110,7 +110,7 @@ class Turned:
                 f"all the way to both ends, {self._marks}; then home again; nothing was written."
             )
         low, high = self._named
-        if abs(high - low) <= APART * (self._ends[1] - self._ends[0]):
+        if abs(high - low) <= MIN_SEPARATION * (self._ends[1] - self._ends[0]):
             raise OioError(
                 f"{self.name} was at {low} counts when Enter was pressed for its LOW end and at {high} for its HIGH end: that is the same "
                 f"side, though it was turned by {self.span_deg:.0f} degrees. Turn it to the end that is named and hold it there while "
@@ -119,7 +119,7 @@ class Turned:
         return 1 if high > low else -1
 
 
-def joined(rounds: Sequence[Sequence[Turned]], arm: Arm, per_turn: int) -> Homing:
+def homing_from_sweeps(rounds: Sequence[Sequence[JointSweep]], arm: Arm, per_turn: int) -> Homing:
     """Zeros of all joints of the whole arm, directions and standard uncertainties. Raises OioError if ends are not those of the MJCF, or
     if rounds disagree in which end is which.
 
@@ -129,7 +129,7 @@ def joined(rounds: Sequence[Sequence[Turned]], arm: Arm, per_turn: int) -> Homin
     zeros, signs, u_deg = list[int](), list[int](), list[float]()
     degrees = 360.0 / per_turn
     for i, turns in enumerate(zip(*rounds, strict=True)):
-        sign = _agreed(turns)
+        sign = _common_sign(turns)
         misfit, middles = max(turn.misfit_deg for turn in turns), np.array([turn.middle for turn in turns])
         zeros.append(round(float(np.mean(middles)) - sign * sum(ends_deg(arm, i)) / 2.0 / degrees))
         signs.append(sign)
@@ -138,7 +138,7 @@ def joined(rounds: Sequence[Sequence[Turned]], arm: Arm, per_turn: int) -> Homin
     return Homing(tuple(zeros), tuple(signs), tuple(u_deg))
 
 
-def _agreed(turns: Sequence[Turned]) -> int:
+def _common_sign(turns: Sequence[JointSweep]) -> int:
     signs = [turn.sign for turn in turns]
     other = next((k for k, sign in enumerate(signs) if sign != signs[0]), None)
     if other is not None:

@@ -7,27 +7,27 @@ from collections import Counter
 
 import numpy as np
 
-from hardware.drivers.servos.bus import Felt, Positions
-from hardware.drivers.servos.finite_differences import Differences
-from hardware.drivers.servos.jitter import Rhythm
+from hardware.drivers.servos.bus import Positions, ServoState
+from hardware.drivers.servos.finite_differences import FiniteDifferences
+from hardware.drivers.servos.jitter import Jitter
 from hardware.drivers.servos.port import ArmPort
-from hardware.drivers.servos.tracking_error import Astray
+from hardware.drivers.servos.tracking_error import TrackingErrorMonitor
 from hardware.transport.clock import Clock
 from hardware.transport.device import Counts
-from hardware.transport.mailbox import Arrived, Mailbox
+from hardware.transport.mailbox import Mailbox, StampedSample
 from hardware.transport.port import NoAnswer, Wire
 from oio.core.errors import OioError
 from oio.core.records import Array, nanoseconds, seconds
-from oio.gas.source import whole
+from oio.gas.source import unlocked
 from oio.kinematics.arm import Arm
 from oio.kinematics.homing import Homing
-from oio.motion.guard import HOST, NOSE, Guard, Safety
+from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
 
-REST_S = 0.02  # at a time, so that the thread can end
+MAX_SLEEP_S = 0.02  # at a time, so that the thread can end
 HEALTH_EVERY = 20  # rounds; of one servo after the other
-STRAYED_RAD = math.radians(5.0)  # an arm that comes back so far from where it was held was moved by hand
+MOVED_BY_HAND_RAD = math.radians(5.0)  # an arm that comes back so far from where it was held was moved by hand
 COMPLAINTS = 20  # rounds in a row with a complaint: then it is believed
-SLEPT_S = 1.0  # a host that was suspended for longer does not know what happened meanwhile
+MAX_SUSPENDED_S = 1.0  # a host that was suspended for longer does not know what happened meanwhile
 
 
 class ServoArm:
@@ -35,16 +35,16 @@ class ServoArm:
 
     key = "backend.arm"
 
-    def __init__(self, port: ArmPort, arm: Arm, safety: Safety, mailbox: Mailbox, clock: Clock) -> None:
-        self._bus, self._arm, self._all = (bus := port.bus()), arm, whole(arm)
+    def __init__(self, port: ArmPort, arm: Arm, safety: SafetyLimits, mailbox: Mailbox, clock: Clock) -> None:
+        self._bus, self._arm, self._all = (bus := port.bus()), arm, unlocked(arm)
         self._homing = arm.homed or Homing.nominal(len(arm.all_names), bus.middle)
         self._mailbox, self._clock, self._period_ns, self._release = mailbox, clock, nanoseconds(port.period_s), port.release
-        self._astray = Astray(arm.all_names, port.astray_deg, port.astray_s)
+        self._astray = TrackingErrorMonitor(arm.all_names, port.astray_deg, port.astray_s)
         self.name, self.baud = bus.name, bus.baud
         self._ids = list(range(1, len(arm.all_names) + 1))
         self._locked = np.array(arm.home_rad[arm.dof :])
         self._lock, self._guard = threading.Lock(), Guard(self._all, safety, port.period_s, arm.dof)
-        self._differences, self.rhythm, self._rounds, self._begun = Differences(), Rhythm(), 0, False
+        self._differences, self.rhythm, self._rounds, self._begun = FiniteDifferences(), Jitter(), 0, False
         self._temperature, self._due_ns, self._lost, self._led = np.full(len(self._ids), np.nan), 0, 0, self._all.home
         self._volts = np.full(len(self._ids), np.nan)
         self._complaints = 0
@@ -66,7 +66,7 @@ class ServoArm:
         with self._lock:
             for who in (HOST, NOSE):  # it was the arm that was away
                 self._guard.alive(self._now_s(), who)
-            strayed = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > STRAYED_RAD
+            strayed = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > MOVED_BY_HAND_RAD
             if strayed or not self._begun:
                 self._refuse_outside(q)
             if not self._begun or (strayed and self._guard.held is None):
@@ -84,7 +84,7 @@ class ServoArm:
         """Where it is, where it shall go; now and then how hot it is."""
         wait_s = self._clock.host_s(seconds(self._due_ns - self._clock.now_ns()))
         if wait_s > 0:
-            time.sleep(min(wait_s, REST_S))
+            time.sleep(min(wait_s, MAX_SLEEP_S))
             return False
         self._due_ns = max(self._due_ns, self._clock.now_ns() - self._period_ns) + self._period_ns
         try:
@@ -152,14 +152,14 @@ class ServoArm:
     def _now_s(self) -> float:
         return seconds(self._clock.now_ns())
 
-    def _angles(self, felt: Felt) -> Array:
+    def _angles(self, felt: ServoState) -> Array:
         return self._homing.angles(felt.counts, self._bus.counts_per_turn)
 
-    def _tell(self, felt: Felt, t_ns: int, arrived_ns: int) -> None:
+    def _tell(self, felt: ServoState, t_ns: int, arrived_ns: int) -> None:
         self._rounds += 1
         self.rhythm.beat(t_ns)
         q, t_s = self._angles(felt), seconds(t_ns)
-        self._mailbox.put(Arrived(self._differences.state(t_ns, q[: self._arm.dof]), arrived_ns))
+        self._mailbox.put(StampedSample(self._differences.state(t_ns, q[: self._arm.dof]), arrived_ns))
         self._complaints = self._complaints + 1 if felt.complaint else 0
         complaint = felt.complaint if self._complaints > COMPLAINTS else None
         met = self._astray.feel(t_s, q, self._led) or complaint
@@ -171,7 +171,7 @@ class ServoArm:
             if went and self._guard.held is not None:
                 self._rests = np.clip(q, self._all.low_rad, self._all.high_rad)
 
-    def _look_after(self, wire: Wire, felt: Felt) -> None:
+    def _look_after(self, wire: Wire, felt: ServoState) -> None:
         if self._rounds % HEALTH_EVERY == 0:
             i = (self._rounds // HEALTH_EVERY) % len(self._ids)
             health = self._bus.health(wire, self._ids[i])
@@ -183,7 +183,7 @@ class ServoArm:
         with self._lock:
             if self._mailbox.gas_ns is not None:
                 self._guard.alive(seconds(self._mailbox.gas_ns), NOSE)
-            if self._clock.slept_s > SLEPT_S:
+            if self._clock.slept_s > MAX_SUSPENDED_S:
                 self._guard.stop("the computer was suspended")
             self._led = self._guard.set_point(self._now_s()) if self._rests is None else self._rests
         self._bus.goals(wire, self._ids, self._goals())

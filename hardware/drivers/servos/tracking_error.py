@@ -7,7 +7,7 @@ import numpy as np
 from oio.core.records import Array
 
 
-class Astray:
+class TrackingErrorMonitor:
     """A joint far from where it was led, for long: something is in its way, or its encoder is stuck."""
 
     def __init__(self, names: tuple[str, ...], most_deg: float, for_s: float) -> None:

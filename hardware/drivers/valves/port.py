@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
-from hardware.drivers.valves.valve_driver import Relays
+from hardware.drivers.valves.valve_driver import RelayValve
 from hardware.transport.device import Patience
 from oio.core.errors import BadInput, OioError
 from oio.core.settings import settings
@@ -63,11 +63,11 @@ class ValvePort:
     def _made(self, patience: Patience) -> Valve:
         if self.driver == "line":
             assert self.port is not None
-            return Relays(self.port, patience)
-        return Asked() if self.driver == "ask" else Nobody()
+            return RelayValve(self.port, patience)
+        return PromptedValve() if self.driver == "ask" else NoValve()
 
 
-class Nobody:
+class NoValve:
     """Gas is as it is; the log says what was asked for."""
 
     def present(self, source: str, check: Callable[[], None]) -> None:
@@ -80,7 +80,7 @@ class Nobody:
         """Nothing."""
 
 
-class Asked:
+class PromptedValve:
     """A person."""
 
     def __init__(self) -> None:

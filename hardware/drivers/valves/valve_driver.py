@@ -10,24 +10,24 @@ from collections.abc import Callable
 from hardware.codecs import line
 from hardware.transport.clock import suspended_ns
 from hardware.transport.device import Patience
-from hardware.transport.discovery import found
+from hardware.transport.discovery import resolve_port
 from hardware.transport.microcontroller import BAUD, BOOT_S, acknowledged
-from hardware.transport.port import NoAnswer, Unplugged, Wire, opened
-from hardware.transport.request import drained
+from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
+from hardware.transport.request import drain
 from oio.core.errors import BadInput, OioError
 from oio.core.records import seconds
 
 COMMANDS = {"none": "V0", "beacon": "V1", "source": "V2"}
 NAME = "backend.valve line"
-BEAT_S = 1.0  # of the host, between two repetitions of the last command
-DEAF_S = 3.5  # without an answer to any of them: its port is opened anew, which resets an Arduino
-AGAIN_S = 0.2  # between two tries to open a port that went away
+HEARTBEAT_S = 1.0  # of the host, between two repetitions of the last command
+NO_ANSWER_S = 3.5  # without an answer to any of them: its port is opened anew, which resets an Arduino
+RETRY_S = 0.2  # between two tries to open a port that went away
 CLOSE_S = 1.0  # at the end, when nobody shall wait
 JOIN_S = 10.0  # the longest that a beat may take: it may be opening ports
 HOLD_S = 10.0  # after so long without one the board closes the gas
 
 
-class Relays:
+class RelayValve:
     """Live until `leave`. Its port is opened once here: raises BadInput or OioError for what is not there or does not answer."""
 
     def __init__(self, port: str, patience: Patience) -> None:
@@ -48,7 +48,7 @@ class Relays:
 
     def present(self, source: str, check: Callable[[], None]) -> None:
         """Told until it says that it did, and again when its port has come back."""
-        while not self._lock.acquire(timeout=AGAIN_S):  # a beat may be opening ports
+        while not self._lock.acquire(timeout=RETRY_S):  # a beat may be opening ports
             check()
         try:
             self._tell(source, self._patience.away_s, check)
@@ -78,8 +78,8 @@ class Relays:
 
     def _beats(self) -> None:
         try:
-            while not self._leave.wait(BEAT_S if math.isnan(self._away_s) else AGAIN_S):
-                if self._lock.acquire(timeout=AGAIN_S):  # else `present` is telling it: that is a beat, too
+            while not self._leave.wait(HEARTBEAT_S if math.isnan(self._away_s) else RETRY_S):
+                if self._lock.acquire(timeout=RETRY_S):  # else `present` is telling it: that is a beat, too
                     try:
                         self._beat()
                     finally:
@@ -96,12 +96,12 @@ class Relays:
             raise OioError(f"the computer was suspended or too busy for {silent_s:.0f} s, in which the valve closed the gas by itself.")
         try:
             wire = self._wire or self._opened()
-            if any(each[:2] == ("ACK", self._told) for each in drained(wire, self._lines)):
+            if any(each[:2] == ("ACK", self._told) for each in drain(wire, self._lines)):
                 self._answered_s = now_s
                 if away:
                     self._away_s = math.nan
                     self._news.append(f"{NAME}: did {self._told} again")
-            elif not away and now_s - self._answered_s > DEAF_S:
+            elif not away and now_s - self._answered_s > NO_ANSWER_S:
                 self._lose("does not answer")
                 return
             wire.write(line.command(self._told))
@@ -128,7 +128,7 @@ class Relays:
             except (NoAnswer, Unplugged, BadInput) as error:  # BadInput: the port is away
                 if not isinstance(error, NoAnswer):
                     self._close()
-                    time.sleep(AGAIN_S)
+                    time.sleep(RETRY_S)
                 if time.monotonic() >= until_s:
                     raise self._complaint(f"does not say that it did {command}", error) from None
 
@@ -137,8 +137,8 @@ class Relays:
 
     def _opened(self) -> Wire:
         key = "backend.valve.port"
-        path = found(self._port, key, BAUD, lambda wire: self._knock(wire, BOOT_S))
-        self._wire = opened(path, BAUD, key)
+        path = resolve_port(self._port, key, BAUD, lambda wire: self._knock(wire, BOOT_S))
+        self._wire = open_port(path, BAUD, key)
         return self._wire
 
     def _knock(self, wire: Wire, within_s: float) -> str | None:
