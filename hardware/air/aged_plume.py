@@ -48,7 +48,13 @@ class VelocityProcess:
 
 
 def aged_plume(
-    age_s: Array, source_m: Array, wind_m_s: Array, meander_m_s: Array, own: VelocityProcess, shared: VelocityProcess, rng: np.random.Generator
+    age_s: Array,
+    source_m: Array,
+    wind_m_s: Array,
+    meander_m_s: Array,
+    own: VelocityProcess,
+    shared: VelocityProcess,
+    rng: np.random.Generator,
 ) -> tuple[Array, Array]:
     """Places (n, 3) m and own velocities (n, 3) m/s of puffs of age_s (n,), evenly spaced from 0; the meander is meander_m_s (3,) now."""
     ways, velocities = own.since(age_s, rng)

@@ -2,9 +2,9 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,32 +17,33 @@ from hardware.transport.mailbox import Mailbox, StampedSample
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds, seconds
-
-if TYPE_CHECKING:
-    from hardware.backends.serial_port import SerialPort
+from oio.kinematics.arm import Arm
 
 A = TypeVar("A")
+Place = tuple[float, float, float] | None
 SLACK_NS = nanoseconds(0.02)  # a caller who is so late is not late
 LOOK_S = 0.05  # the longest wait before it looks again
 ACCOUNT_NS = nanoseconds(1.0)  # the account is told not more often
 KEPT = 10_000  # delays from the last byte to the belief
 
 
+class LiveDevices(NamedTuple):
+    """What is at the ports. `arm` is the thread of `mover`; None if the nose stands at a fixed place."""
+
+    nose: Device
+    arm: Device | None
+    mover: ServoArm | FixedMount
+    valve: Valve
+
+
 class LiveWorld:
     """Time goes on while nobody asks for samples: what was sensed meanwhile comes first. `t_ns` is the end of the last span."""
 
     def __init__(
-        self, made: "SerialPort", clock: Clock, mailbox: Mailbox, nose: Device, arm: Device | None, mover: ServoArm | FixedMount, valve: Valve
-    ) -> None:
-        self._made, self._clock, self._mailbox, self._nose, self._arm, self._mover, self._valve = (
-            made,
-            clock,
-            mailbox,
-            nose,
-            arm,
-            mover,
-            valve,
-        )
+        self, devices: LiveDevices, clock: Clock, mailbox: Mailbox, arm: Arm, places_m: Mapping[str, Place], hold_s: float
+    ) -> None:  # fmt: skip
+        self._clock, self._mailbox, self._kinematics, self._places_m, self._hold_s = clock, mailbox, arm, places_m, hold_s
+        self._nose, self._arm, self._mover, self._valve = devices.nose, devices.arm, devices.mover, devices.valve
         self._t_ns, self._open, self._late, self._told_ns = 0, "none", 0, 0
         self._taken = {"gas": 0, "joints": 0}
         self._homeward = dict(self._taken)
@@ -55,7 +56,7 @@ class LiveWorld:
 
     def go_home(self, at_least_s: float) -> None:
         """The first move; what is sensed meanwhile is nobody's."""
-        arm = self._made.kinematics
+        arm = self._kinematics
         for sample in self.samples(self._mover.move(arm.home, at_least_s)):
             interrupt.check()
             del sample
@@ -63,7 +64,7 @@ class LiveWorld:
 
     def move(self, q_rad: Array, over_s: float) -> float:
         """Begin a smooth move to q_rad (n,), when the arm is there. Raises what the guard refuses."""
-        goal, n = np.array(q_rad, dtype=float), self._made.kinematics.dof
+        goal, n = np.array(q_rad, dtype=float), self._kinematics.dof
         if goal.shape != (n,) or not np.all(np.isfinite(goal)):
             raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
         while self._arm is not None and self._arm.lost:  # nobody would go there; its error ends the waiting
@@ -78,11 +79,11 @@ class LiveWorld:
         self._valve.present(source, self._watch)  # a person may take minutes, in which the arm may be held
         self._open = source
         self._delays_s.clear()
-        time.sleep(self._clock.host_s(self._made.hold_s))
+        time.sleep(self._clock.host_s(self._hold_s))
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
         """What was sensed since the last span and in the next `for_s` seconds. Raises OioError when a device is gone or the arm is held."""
-        now_ns = self._clock.now_ns() - nanoseconds(self._made.hold_s)  # so far behind the host its samples are complete
+        now_ns = self._clock.now_ns() - nanoseconds(self._hold_s)  # so far behind the host its samples are complete
         until_ns = (self._t_ns if now_ns - self._t_ns < SLACK_NS else now_ns) + nanoseconds(for_s)
         yield from self._news()
         yield from self._truth()
@@ -109,7 +110,7 @@ class LiveWorld:
 
     def _next(self, until_ns: int) -> StampedSample | None:
         """The next sample of the span, when it is sure that none before it will come; None at its end."""
-        hold_ns = nanoseconds(self._made.hold_s)
+        hold_ns = nanoseconds(self._hold_s)
         while True:
             self._watch()
             with self._mailbox.news:
@@ -146,11 +147,11 @@ class LiveWorld:
 
     def _truth(self) -> Iterator[Truth]:
         """Where the open source stands, if somebody measured it: for scoring only."""
-        place = {"beacon": self._made.beacon.position, "source": self._made.source.position}.get(self._open)
+        place = self._places_m.get(self._open)
         if place is not None:
             self._t_ns += 1
             unknown = np.full(3, np.nan)
-            yield Truth(self._t_ns, np.full(self._made.kinematics.dof, np.nan), unknown, np.array(place), float("nan"))
+            yield Truth(self._t_ns, np.full(self._kinematics.dof, np.nan), unknown, np.array(place), float("nan"))
 
     def _news(self) -> Iterator[WorldSample]:
         for device in (self._nose, self._arm):

@@ -3,7 +3,6 @@ what is due is sampled.
 """
 
 import contextlib
-import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,8 +10,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from hardware.simulation.plant import Plant
-from oio.core.interfaces import Air, Sensor
+from hardware.simulation.plant import Plant, PlantSpec
+from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, GasSample, JointState, WorldSample, nanoseconds, seconds
 from oio.core.seeds import Seeds
 from oio.core.settings import in_range, settings
@@ -28,7 +27,7 @@ class MujocoSim:
     """Everything the simulated bench is made of; frozen, `open()` makes it live."""
 
     arm: Arm
-    sensor: Sensor
+    sensor: SimulatedSensor
     air: Air
     beacon: Source
     source: Source
@@ -64,22 +63,18 @@ class MujocoSim:
         warned, before = list[str](), mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; raising in there would end the process
         try:
-            yield Plant(self, warned)
+            yield Plant(self.plant_spec, warned)
         finally:
             mujoco.set_mju_user_warning(before)
 
-    def model(self) -> tuple[mujoco.MjModel, str]:
-        """The MJCF compiled with a free-play joint beside every unlocked one, and its XML for the log."""
-        spec = mujoco.MjSpec.from_file(str(self.arm.path))
-        half = math.radians(self.arm.backlash_deg) / 2
-        for body in spec.bodies:
-            for joint in list(body.joints):
-                if half > 0 and joint.name in self.arm.names and joint.type == mujoco.mjtJoint.mjJNT_HINGE:
-                    body.add_joint(
-                        name=f"{joint.name}_play", axis=joint.axis, range=[-half, half], limited=True,
-                        damping=[0.01, 0, 0], armature=0.002, frictionloss=0.0,
-                    )  # fmt: skip
-        return spec.compile(), spec.to_xml()
+    @property
+    def plant_spec(self) -> PlantSpec:
+        """What the physical part of the bench is made of."""
+        return PlantSpec(
+            arm=self.arm, sensor=self.sensor, air=self.air, beacon=self.beacon, source=self.source, seeds=self.seeds,
+            background_ppm=self.background_ppm, emission_ml_s=self.emission_ml_s, period_s=self.joint_period_s, air_every=self.air_every,
+            encoder_counts=self.encoder_counts,
+        )  # fmt: skip
 
 
 class SimulatedWorld:

@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Iterator
 
-from hardware.backends.live_world import LiveWorld
+from hardware.backends.live_world import LiveDevices, LiveWorld
 from hardware.drivers.noses.port import NosePort
 from hardware.drivers.servos.fixed_mount import FixedMount
 from hardware.drivers.servos.port import NONE, ArmPort
@@ -64,7 +64,8 @@ class SerialPort:
                 for device in devices:
                     _started(device)
                 mover = servos or FixedMount(self.kinematics, self.arm.period_s)
-                bench = LiveWorld(self, clock, mailbox, nose, arm, mover, valve)
+                places_m = {"beacon": self.beacon.position, "source": self.source.position}
+                bench = LiveWorld(LiveDevices(nose, arm, mover, valve), clock, mailbox, self.kinematics, places_m, self.hold_s)
                 if servos is not None and servos.from_home_rad > AWAY_RAD:
                     _hands_off(bench)
                 bench.go_home(HOMING_S)

@@ -44,7 +44,9 @@ def emulate_bench(choice: EmulatorOptions, sim: MujocoSim) -> Iterator[EmulatedB
     with sim.plant() as plant, _folder(choice.out) as folder:
         lab, agenda = RealtimePlant(plant, sim.arm, choice.speed), EventQueue()
         served = {
-            name: EmulatedPort(device, PseudoTerminal(folder / name), trouble, agenda, choice.speed, sim.seeds.rng("disturbance", f"wire {name}"))
+            name: EmulatedPort(
+                device, PseudoTerminal(folder / name), trouble, agenda, choice.speed, sim.seeds.rng("disturbance", f"wire {name}")
+            )
             for name, device, trouble in _devices(choice, sim, lab)
         }
         with _plugged([each.port for each in served.values()]):

@@ -39,7 +39,9 @@ class EventQueue:
 class EmulatedPort:
     """Hears, lets the device answer, and sends when the question, what it thought and the answer would have taken their time."""
 
-    def __init__(self, device: Device, port: PseudoTerminal, trouble: set[str], agenda: EventQueue, speed: float, rng: np.random.Generator) -> None:
+    def __init__(
+        self, device: Device, port: PseudoTerminal, trouble: set[str], agenda: EventQueue, speed: float, rng: np.random.Generator
+    ) -> None:
         self._device, self.port, self.trouble, self._agenda, self._rng = device, port, trouble, agenda, rng
         self._speed, self._heard_s, self._free_s = speed, 0.0, 0.0
         self._plugs = 0  # what was on its way when the plug was pulled never comes

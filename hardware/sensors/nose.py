@@ -1,14 +1,11 @@
-"""What every gas sensor has: timing, a law, a spread between specimens; and `Specimen`, one simulated unit of it.
-
-Chain of a specimen: ppm at the site -> first-order lag (rise and fall differ) -> transduction with the specimen's gain and offset,
-baseline drift, warm-up transient, temperature, humidity, noise -> quantisation -> raw.
-"""
+"""The base of all sensors: timing, a law between ppm and raw, figures from the data sheet. A simulated unit is a `Specimen`."""
 
 import math
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
 
 import numpy as np
 
+from hardware.simulation.specimen import Climate, Specimen, Spread
 from oio.core.errors import BadInput
 from oio.core.records import GasReading, GasSample
 from oio.core.settings import in_range, settings
@@ -32,30 +29,7 @@ class Dynamics:
 
 
 @settings
-class Spread:
-    """How specimens differ and wander. `signal` is ppm for linear laws and ln(resistance) for metal oxides."""
-
-    gain: float  # 1-sigma of ln(sensitivity) between specimens
-    bias: float  # 1-sigma of the offset [signal]
-    tau: float  # 1-sigma of ln(lag) between specimens
-    drift_per_sqrt_h: float  # random walk [signal / sqrt(h)]
-    warm_up: float  # height of the switch-on transient [signal]
-    noise: float  # white noise per value [signal]
-    per_degc: float  # temperature coefficient [signal / degC]
-    per_pct_rh: float  # humidity coefficient [signal / %RH]
-
-
-@settings
-class Climate:
-    """The room: slow swings of temperature and humidity about the values at which the sensor was calibrated."""
-
-    temperature_swing_degc: float
-    humidity_swing_pct: float
-    period_s: float
-
-
-@settings
-class Nose:
+class Nose(ABC):
     """Base of all sensors; a subclass is a `@settings` class that gives the law: `raw`, `ppm_from_raw`, `sigma_ppm`, `electronics`."""
 
     name: str
@@ -116,77 +90,26 @@ class Nose:
         """The upper rail, or the end of the scale: a value there is no measurement, and no stage sees it."""
         return math.inf
 
-    def unit(self, truth: np.random.Generator, noise: np.random.Generator) -> "Specimen":
+    def unit(self, truth: np.random.Generator, noise: np.random.Generator) -> Specimen:
         """A simulated specimen: its spread is drawn from `truth`, its noise from `noise`."""
         return Specimen(self, truth, noise)
 
+    @abstractmethod
     def raw(self, ppm: float) -> float:
         """ppm to raw of a nominal unit, before quantisation."""
-        raise TypeError(f"{type(self).__name__} gives no raw()")
+        ...
 
+    @abstractmethod
     def ppm_from_raw(self, raw: float) -> float:
         """Raw to ppm of a nominal unit."""
-        raise TypeError(f"{type(self).__name__} gives no ppm_from_raw()")
+        ...
 
+    @abstractmethod
     def sigma_ppm(self, ppm: float) -> float:
         """White noise of one reading [ppm] at that concentration, quantisation included."""
-        raise TypeError(f"{type(self).__name__} gives no sigma_ppm()")
+        ...
 
+    @abstractmethod
     def electronics(self, ppm: float, gain: float, signal: float) -> float:
         """Raw value (quantised) of an element with that gain factor, shifted by `signal`, when its material feels `ppm`."""
-        raise TypeError(f"{type(self).__name__} gives no electronics()")
-
-
-@dataclass(slots=True)
-class _Element:
-    gain: float
-    bias: float
-    tau_factor: float
-    feels_ppm: float = math.nan
-    drift: float = 0.0
-    drifted_at_s: float = 0.0
-    held: float = math.nan
-    held_since_s: float = -math.inf
-
-    def drifted(self, per_sqrt_h: float, t_s: float, noise: np.random.Generator) -> float:
-        """The random walk of the baseline at t_s; it is only looked at when a value is taken, so only then is it walked on."""
-        self.drift += per_sqrt_h * math.sqrt((t_s - self.drifted_at_s) / 3600.0) * noise.standard_normal()
-        self.drifted_at_s = t_s
-        return self.drift
-
-
-class Specimen:
-    """One simulated unit; see the module's chain."""
-
-    def __init__(self, nose: Nose, truth: np.random.Generator, noise: np.random.Generator) -> None:
-        s = nose.spread
-        self._nose, self._noise, self._t_s = nose, noise, 0.0
-        tau = math.exp(s.tau * truth.standard_normal())  # twins share a housing, hence their lag
-        self._elements = [
-            _Element(math.exp(s.gain * truth.standard_normal()), s.bias * truth.standard_normal(), tau) for _ in range(nose.elements)
-        ]
-
-    def step(self, ppm: float, dt_s: float) -> None:
-        """Expose every element to `ppm` for `dt_s`: exact hold of the first-order lag."""
-        d = self._nose.dynamics
-        self._t_s += dt_s
-        for element in self._elements:
-            if math.isnan(element.feels_ppm):
-                element.feels_ppm = ppm  # it has stood in this air for long
-            tau = (d.tau_rise_s if ppm > element.feels_ppm else d.tau_fall_s) * element.tau_factor
-            element.feels_ppm += (1.0 - math.exp(-dt_s / tau)) * (ppm - element.feels_ppm)
-
-    def sample(self, element: int, t_s: float) -> float:
-        """The value on the wire at t_s; repeated until the element's update time has passed."""
-        e, nose = self._elements[element], self._nose
-        if t_s - e.held_since_s >= nose.dynamics.update_s - 1e-6:
-            drift = e.drifted(nose.spread.drift_per_sqrt_h, self._t_s, self._noise)
-            signal = e.bias + drift + self._slow() + nose.spread.noise * self._noise.standard_normal()
-            e.held, e.held_since_s = nose.electronics(e.feels_ppm, e.gain, signal), t_s
-        return e.held
-
-    def _slow(self) -> float:
-        s, d, c = self._nose.spread, self._nose.dynamics, self._nose.climate
-        warm_up = s.warm_up * math.exp(-(self._t_s + d.powered_for_s) / d.warm_up_tau_s)
-        swing = math.sin(2 * math.pi * self._t_s / c.period_s)
-        return warm_up + swing * (s.per_degc * c.temperature_swing_degc + s.per_pct_rh * c.humidity_swing_pct)
+        ...

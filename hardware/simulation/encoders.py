@@ -1,14 +1,12 @@
 """Encoders of the simulated arm: whole counts, with a drift and a homing offset that nobody is told."""
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from oio.core.records import Array
-
-if TYPE_CHECKING:
-    from hardware.backends.mujoco_sim import MujocoSim
+from oio.core.seeds import Seeds
+from oio.kinematics.arm import Arm
 
 
 class Encoders:
@@ -19,12 +17,11 @@ class Encoders:
         self.offset = homing  # what the encoders add to the joint angles now (n,) rad
 
     @classmethod
-    def drawn(cls, sim: "MujocoSim") -> "Encoders":
-        """Those of one arm."""
-        arm, n = sim.arm, sim.arm.dof
-        accel = math.radians(arm.encoder_drift_deg_s2) * sim.seeds.rng("truth", "drift").uniform(-1, 1, n)
-        homing = math.radians(arm.homing_offset_deg) * sim.seeds.rng("truth", "homing").standard_normal(n)
-        return cls(accel, homing, 2 * math.pi / sim.encoder_counts)
+    def drawn(cls, arm: Arm, seeds: Seeds, counts_per_turn: int) -> "Encoders":
+        """Those of one arm, with drift and homing offset drawn from the stream of the truth."""
+        accel = math.radians(arm.encoder_drift_deg_s2) * seeds.rng("truth", "drift").uniform(-1, 1, arm.dof)
+        homing = math.radians(arm.homing_offset_deg) * seeds.rng("truth", "homing").standard_normal(arm.dof)
+        return cls(accel, homing, 2 * math.pi / counts_per_turn)
 
     def drift(self, t_s: float) -> None:
         """As far as they have drifted by t_s."""

@@ -6,47 +6,65 @@ sensor is exposed.
 """
 
 import math
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from hardware.simulation.encoders import Encoders
+from hardware.simulation.physics import compiled
 from oio.core.errors import BadInput, OioError
+from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, Truth, nanoseconds, seconds
-
-if TYPE_CHECKING:
-    from hardware.backends.mujoco_sim import MujocoSim
-
+from oio.core.seeds import Seeds
+from oio.gas.source import Source
+from oio.kinematics.arm import Arm
 
 END_STOP_RAD = math.radians(0.5)  # so near an end of its range a joint is at its stop
 
 
+@dataclass(frozen=True)
+class PlantSpec:
+    """What a plant is made of; frozen."""
+
+    arm: Arm
+    sensor: SimulatedSensor
+    air: Air
+    beacon: Source
+    source: Source
+    seeds: Seeds
+    background_ppm: float
+    emission_ml_s: float
+    period_s: float  # of the control tick
+    air_every: int  # the air moves once in so many ticks
+    encoder_counts: int  # per turn
+
+
 class Plant:
-    """Live. Time is counted in ticks of `sim.joint_period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in."""
+    """Live. Time is counted in ticks of `spec.period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in."""
 
     _SAG_S = 1.0  # to sag into the servos and the free play
 
-    def __init__(self, sim: "MujocoSim", warned: list[str]) -> None:
-        self._sim, self._warned, self._ticks = sim, warned, 0
-        self._model, self.mjcf = sim.model()
+    def __init__(self, spec: PlantSpec, warned: list[str]) -> None:
+        self._spec, self._warned, self._ticks = spec, warned, 0
+        self._model, self.mjcf = compiled(spec.arm)
         self._data = mujoco.MjData(self._model)
-        self.tick_ns, self._substeps = nanoseconds(sim.joint_period_s), _substeps(sim.joint_period_s, self._model.opt.timestep)
-        truth, arm = sim.seeds, sim.arm
-        self._encoders = Encoders.drawn(sim)
-        self._specimen = sim.sensor.unit(truth.rng("truth", "specimen"), truth.rng("measurement", "sensor"))
-        self._air = sim.air.open(truth.rng("truth", "air"), truth.rng("disturbance", "air"))
+        self.tick_ns, self._substeps = nanoseconds(spec.period_s), _substeps(spec.period_s, self._model.opt.timestep)
+        truth, arm = spec.seeds, spec.arm
+        self._encoders = Encoders.drawn(spec.arm, spec.seeds, spec.encoder_counts)
+        self._specimen = spec.sensor.unit(truth.rng("truth", "specimen"), truth.rng("measurement", "sensor"))
+        self._air = spec.air.open(truth.rng("truth", "air"), truth.rng("disturbance", "air"))
         self.places = {
             "none": None,
-            "beacon": sim.beacon.placed("beacon", arm, truth.rng("truth", "beacon")),
-            "source": sim.source.placed("source", arm, truth.rng("truth", "source")),
+            "beacon": spec.beacon.placed("beacon", arm, truth.rng("truth", "beacon")),
+            "source": spec.source.placed("source", arm, truth.rng("truth", "source")),
         }
         self.strengths = {
             "none": 0.0,
-            "beacon": sim.beacon.strength_drawn(truth.rng("truth", "beacon strength")),
-            "source": sim.source.strength_drawn(truth.rng("truth", "source strength")),
+            "beacon": spec.beacon.strength_drawn(truth.rng("truth", "beacon strength")),
+            "source": spec.source.strength_drawn(truth.rng("truth", "source strength")),
         }
-        self._open, self._ppm = "none", sim.background_ppm
+        self._open, self._ppm = "none", spec.background_ppm
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._hinges = np.array([self._model.joint(name).id for name in arm.names])
         self._servos = np.array([self._model.actuator(name).id for name in arm.names])
@@ -55,7 +73,7 @@ class Plant:
         self._stand_still()
 
     def _stand_still(self) -> None:
-        for name, home in zip(self._sim.arm.all_names, self._sim.arm.home_rad, strict=True):
+        for name, home in zip(self._spec.arm.all_names, self._spec.arm.home_rad, strict=True):
             self._data.joint(name).qpos = home
             self._data.actuator(name).ctrl = home
         self._step(round(self._SAG_S / self._model.opt.timestep))
@@ -70,7 +88,7 @@ class Plant:
         self._torque /= count
         if self._warned:  # MuJoCo itself would go on, after bad numbers from the pose of the MJCF
             raise OioError(
-                f"the physics of {self._sim.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
+                f"the physics of {self._spec.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
                 f"Check masses, gains and timestep of the MJCF; a smaller timestep or arm.joint_speed may do."
             )
 
@@ -89,7 +107,7 @@ class Plant:
         if source not in self.places:
             raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(self.places)}.")
         self._open = source
-        self._air.present(self.places[source], self.strengths[source] * self._sim.emission_ml_s)
+        self._air.present(self.places[source], self.strengths[source] * self._spec.emission_ml_s)
 
     def tick(self, set_point: Array) -> None:
         """Advance one control period with the servos told to hold set_point (n,) rad, as their encoders see it."""
@@ -100,11 +118,11 @@ class Plant:
         self._breathe()
 
     def _breathe(self) -> None:
-        sim = self._sim
-        if self._ticks % sim.air_every == 0:
-            self._air.step(sim.air_every * sim.joint_period_s)
-        before, self._ppm = self._ppm, sim.background_ppm + self._air.ppm(self._nose_m)
-        self._specimen.step(0.5 * (before + self._ppm), sim.joint_period_s)  # else the gas would be half a tick ahead of the nose
+        spec = self._spec
+        if self._ticks % spec.air_every == 0:
+            self._air.step(spec.air_every * spec.period_s)
+        before, self._ppm = self._ppm, spec.background_ppm + self._air.ppm(self._nose_m)
+        self._specimen.step(0.5 * (before + self._ppm), spec.period_s)  # else the gas would be half a tick ahead of the nose
 
     def encoders(self) -> Array:
         """What the encoders say: q (n,) rad, in whole counts."""

@@ -1,4 +1,4 @@
-"""Where the project's folders are: `ROOT` holds the packages; `CONF` the configuration, beside them in a source tree, in `oio` in a wheel."""
+"""The project's folders: `ROOT` holds the packages, `CONF` the configuration (beside them in a source tree, inside `oio` in a wheel)."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a plug-in must offer, and no more. `oio.testing` has one conformance suite for each."""
+"""What a world, a sensor and a room's air must offer, and no more. `oio.testing` has one conformance suite for each."""
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
@@ -39,18 +39,6 @@ class Backend(Protocol):
 
     def open(self) -> AbstractContextManager[World]:
         """Make it live. The only door through which anything does I/O."""
-        ...
-
-
-class Unit(Protocol):
-    """A simulated sensor: all its elements, with their spread, lag, drift and noise."""
-
-    def step(self, ppm: float, dt_s: float) -> None:
-        """Expose every element to `ppm` for `dt_s`."""
-        ...
-
-    def sample(self, element: int, t_s: float) -> float:
-        """The raw value that the sensor's electronics would put on the wire at t_s, by the world's clock."""
         ...
 
 
@@ -101,7 +89,24 @@ class Sensor(Protocol):
         """The inverse of `reading`'s law for a nominal unit, before quantisation."""
         ...
 
-    def unit(self, truth: np.random.Generator, noise: np.random.Generator) -> Unit:
+
+class SensorUnit(Protocol):
+    """A simulated sensor: all its elements, with their spread, lag, drift and noise."""
+
+    def step(self, ppm: float, dt_s: float) -> None:
+        """Expose every element to `ppm` for `dt_s`."""
+        ...
+
+    def sample(self, element: int, t_s: float) -> float:
+        """The raw value that the sensor's electronics would put on the wire at t_s, by the world's clock."""
+        ...
+
+
+@runtime_checkable
+class SimulatedSensor(Sensor, Protocol):
+    """A sensor of which specimens can be simulated."""
+
+    def unit(self, truth: np.random.Generator, noise: np.random.Generator) -> SensorUnit:
         """A simulated specimen: its spread is drawn from `truth`, its noise from `noise`."""
         ...
 

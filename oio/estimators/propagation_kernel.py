@@ -18,7 +18,8 @@ Chain = tuple[Array, Array, NDArray[np.int64], Array, Array]
 
 @numba.njit(cache=True)
 def propagate(x: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: Array) -> tuple[Array, Array, Array]:
-    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `lagged_ou_steps` (k, 6) for states x (k, N), encoders at q (n,) moving with dq.
+    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `lagged_ou_steps` (k, 6) for states x (k, N), encoders at q (n,)
+    moving with dq.
 
     The gas of the step is taken from where the joints were half a step before.
     """

@@ -12,7 +12,9 @@ from oio.inference.state_space import StateSpace
 MIN_EIGENVALUE = 1e-12  # eigenvalue of a correlation matrix that rounding has made negative
 
 
-def propagate(model: StateSpace, belief: Belief, joints: JointState, unit: Callable[[Array], Array], weights: tuple[Array, Array]) -> Belief:
+def propagate(
+    model: StateSpace, belief: Belief, joints: JointState, unit: Callable[[Array], Array], weights: tuple[Array, Array]
+) -> Belief:
     """The belief at the time of `joints`. `unit` makes points (k, N) about 0 of a correlation matrix (N, N); weights (k,) of mean and cov.
 
     Q is added, as it is at the mean: the fluctuation that the points carry is that of m.

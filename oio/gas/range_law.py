@@ -118,7 +118,9 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
     k = p.shape[0]
     c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
     for i in range(k):
-        c[i], distance[i], rarity[i] = concentration_at(p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2], theta, r_ref, radius, grad[i])
+        c[i], distance[i], rarity[i] = concentration_at(
+            p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2], theta, r_ref, radius, grad[i]
+        )
     return c, grad, distance, rarity
 
 

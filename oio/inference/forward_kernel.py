@@ -1,4 +1,4 @@
-"""`oio.inference.forward_model`'s forward model compiled: one pass along a path from joints over the nose, the field and the lag to the readings.
+"""The forward model compiled: one pass along a path, from joints over nose position, mean field and sensor lag to the expected readings.
 
 The lag is first order, the concentration c linear in each step (first-order hold): f_i = phi f_{i-1} + w0 c_{i-1} + w1 c_i,
 phi = exp(-dt_i / tau), w1 = 1 - (1 - phi) tau / dt, w0 = 1 - phi - w1; tau is `rise` or `fall` by the sign of c_i - f_{i-1}.
@@ -75,7 +75,9 @@ def _store_derivatives(row: Array, df: Array, gain: float, h: float, by_tau: flo
 
 
 @numba.njit(cache=True)
-def _field_along_path(theta: Array, t: Array, q: Array, links: AdjointChain, law: tuple[float, float], along: Array, grad: Array, want_rows: bool) -> None:
+def _field_along_path(
+    theta: Array, t: Array, q: Array, links: AdjointChain, law: tuple[float, float], along: Array, grad: Array, want_rows: bool
+) -> None:
     """The first five rows of `along`, and the derivative of ln c by the law and by the joints' offsets (k, LAW + n), if wanted."""
     k, n = q.shape
     joints, turned, p = np.empty((n, BLOCK)), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK))
@@ -115,7 +117,9 @@ def lag_step(dt: float, tau: float) -> tuple[float, float, float]:
 
 
 @numba.njit(cache=True)
-def _lag_derivatives(df: Array, before: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool) -> None:
+def _lag_derivatives(
+    df: Array, before: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool
+) -> None:
     """df follows dc = c grad as f follows c; `before` is dc one step earlier. The drift of a joint is its offset, t^2 / 2 times."""
     size = len(grad)
     for j in range(size):

@@ -1,6 +1,7 @@
 """Many fluctuations tried on the residuals of one fit: those of greatest likelihood, and how likely each is.
 
-The same numbers as `oio.gas.fluctuation.whiten` gives one by one, to the bit, but what they share is made once: the decay of the lag of every
+The same numbers as `oio.gas.fluctuation.whiten` gives one by one, to the bit, but what they share is made once: the decay of the lag
+of every
 step, of the gas for every correlation time, and how high each shape of fluctuation is.
 
 numba's cache does not notice a change in `oio.gas.fluctuation`: after one, delete __pycache__/*.nb? here.
@@ -25,7 +26,9 @@ def fit_fluctuation(residual: Array, along: PathField, scale: float) -> Fluctuat
     return Fluctuation(scale, float(GAMMAS[gamma]), float(TIMES_S[t_s]))
 
 
-def minus_2_log_likelihoods(residual: Array, along: PathField, scale: float, shapes: list[tuple[float, float, float]], times_s: Array) -> Array:
+def minus_2_log_likelihoods(
+    residual: Array, along: PathField, scale: float, shapes: list[tuple[float, float, float]], times_s: Array
+) -> Array:
     """-2 ln L (s, t), up to a constant, of residuals (m,) along a path, for shapes (n u_p [m], w, gamma) and times (t,) s."""
     f, squares = along.field, np.array([gamma**2 for _, _, gamma in shapes])
     path = f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s

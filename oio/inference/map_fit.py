@@ -1,4 +1,5 @@
-"""Maximum a posteriori fit of source, law, lag, gains, offsets and encoder drift to one trace of readings (see `oio.inference.forward_model`).
+"""Maximum a posteriori fit of source, law, lag, gains, offsets and encoder drift to one trace of readings (see
+`oio.inference.forward_model`).
 
 Known things enter as tight priors, so that one fit serves the beacon (s known) and the search (s unknown).
 """

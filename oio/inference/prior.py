@@ -54,7 +54,8 @@ class Nominal:
 
 
 def nominal_prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
-    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `forget_source`): one that was told
+    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `forget_source`): one
+    that was told
     is that of the source to be found, and the first fit is of the beacon."""
     lay = ParameterLayout(arm.dof, nominal.elements)
     mean, sd = np.zeros(lay.size), np.zeros(lay.size)

@@ -164,7 +164,8 @@ class StateSpace:
 
     @cached_property
     def constants(self) -> tuple[Array, Array, float]:
-        """For `oio.estimators.propagation_kernel`: law, lag and fluctuation (9,); variances that walk per step and per second (2, N); the drift's."""
+        """For `oio.estimators.propagation_kernel`: law, lag and fluctuation (9,); variances that walk per step and per second (2, N);
+        the drift's."""
         law, fl, once = self.law, self.fluctuation, self.process_noise(0.0)
         numbers = [law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_u_m, law.stray, self.wander.still_rad_s]
         drift = float(np.radians(self.wander.drift_deg_s2_sqrt_s)) ** 2

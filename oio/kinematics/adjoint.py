@@ -16,7 +16,9 @@ from oio.kinematics.forward import SLIDE
 TWO_PI, TWO_PI_REST = 6.283185307179586, 2.4492935982947064e-16  # 2 pi
 BLOCK = 32
 ROWS = 5  # of a joint: sin, cos, and the slope of the point by the joint, before P
-AdjointChain = tuple[Array, Array, Array]  # P (n, 9), w and place and whether it slides (n, 7), the nose in the frame of the last joint (3,)
+AdjointChain = tuple[
+    Array, Array, Array
+]  # P (n, 9), w and place and whether it slides (n, 7), the nose in the frame of the last joint (3,)
 
 
 def adjoint_chain(poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array, n: int) -> AdjointChain:
@@ -30,7 +32,8 @@ def adjoint_chain(poses: Array, axes: Array, kinds: NDArray[np.int64], locked: A
 
 @numba.njit(cache=True)
 def forward_positions(q: Array, links: AdjointChain, joints: Array, p: Array) -> None:
-    """The nose p (3, BLOCK) in the base frame for joints q (n, BLOCK); what `gradient_by_joints` wants goes to `joints` (n, ROWS, BLOCK)."""
+    """The nose p (3, BLOCK) in the base frame for joints q (n, BLOCK); what `gradient_by_joints` wants goes to `joints` (n, ROWS,
+    BLOCK)."""
     turns, axes, nose = links
     for a in range(3):
         p[a] = nose[a]

@@ -12,7 +12,7 @@ from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.kinematics.arm import Arm
-from oio.motion.load_monitor import LoadMonitor
+from oio.motion.load_monitor import LoadLimits, LoadMonitor
 from oio.motion.path_planning import PEAK, Segment, box_violation_m, duration_s, plan
 from oio.motion.trajectory import Trajectory
 
@@ -37,6 +37,11 @@ class SafetyLimits:
         """Refuse limits that hold nothing back, and those that hold everything."""
         in_range(self, box_margin_m=(0.0, 0.02), step_s=(0.001, 1.0), stale_s=(0.0, 10.0), quiet_s=(0.05, 60.0), sample_s=(0.0, 1e4))
         in_range(self, load=(0.05, 1.0), load_s=(0.01, 60.0), temperature_degc=(20.0, 100.0))
+
+    @property
+    def load_limits(self) -> LoadLimits:
+        """Of every servo."""
+        return LoadLimits(self.load, self.load_s, self.temperature_degc)
 
 
 class Guard:
@@ -66,13 +71,13 @@ class Guard:
         return box_violation_m(self._arm, self._arm.nose(q)) <= self._safety.box_margin_m
 
     def _stand(self, q: Array) -> None:
-        self._course, self._strain = Trajectory(q, self._step_s), LoadMonitor(self._safety, self._arm.names)
+        self._trajectory, self._load_monitor = Trajectory(q, self._step_s), LoadMonitor(self._safety.load_limits, self._arm.names)
         self._heard_s: dict[str, float] = {}
 
     @property
     def arrived(self) -> bool:
         """Whether the set-point is where it was sent."""
-        return not self._course.moving
+        return not self._trajectory.moving
 
     def stop(self, reason: str) -> None:
         """Hold the arm where it is. The first reason stays."""
@@ -84,12 +89,12 @@ class Guard:
         Raises BadInput for what may not be sent, and OioError while the arm is held; the arm then goes on as before.
         """
         goal = self._allowed(q_rad, over_s, t_s)
-        self._course.go_on(max(t_s, self._course.now_s))
-        way = plan(self._arm, self._course.q, goal, self._safety.box_margin_m, self._joints)
+        self._trajectory.go_on(max(t_s, self._trajectory.now_s))
+        way = plan(self._arm, self._trajectory.q, goal, self._safety.box_margin_m, self._joints)
         planned_s = duration_s(way)
         way = tuple(leg._replace(over_s=max(over_s * (leg.over_s / planned_s), self._fastest_s(leg))) for leg in way)
-        self._course.take(way)
-        self._heard_s[HOST] = self._course.now_s
+        self._trajectory.take(way)
+        self._heard_s[HOST] = self._trajectory.now_s
         return duration_s(way)
 
     def set_point(self, t_s: float) -> Array:
@@ -97,8 +102,8 @@ class Guard:
         if self.held is None and math.isfinite(t_s):
             self._listen(t_s)
         if self.held is None and math.isfinite(t_s):
-            return self._course.given(t_s).copy()
-        return self._course.q.copy()
+            return self._trajectory.given(t_s).copy()
+        return self._trajectory.q.copy()
 
     def alive(self, t_s: float, who: str) -> None:
         """The host or the nose was heard at t_s."""
@@ -109,7 +114,7 @@ class Guard:
 
     def feel(self, t_s: float, load: Array, temperature: Array | None = None) -> None:
         """Load (n,) of the servos, -1 to 1, and temperature (n,) degC at t_s; NaN where it is not known."""
-        if math.isfinite(t_s) and (strained := self._strain.feel(t_s, load, temperature)):
+        if math.isfinite(t_s) and (strained := self._load_monitor.feel(t_s, load, temperature)):
             self.stop(strained)
 
     def _listen(self, t_s: float) -> None:
@@ -117,7 +122,7 @@ class Guard:
         for who, quiet_s in self._quiet_s.items():
             self._heard_s[who] = min(self._heard_s.get(who, t_s), t_s)
             silent_s = t_s - self._heard_s[who]
-            if self._course.moving and silent_s > quiet_s:
+            if self._trajectory.moving and silent_s > quiet_s:
                 self.stop(f"the {who} was silent for {silent_s:.1f} s while the arm moved")
 
     def _allowed(self, q_rad: Array, over_s: float, t_s: float) -> Array:
@@ -127,7 +132,7 @@ class Guard:
             raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
         if not (math.isfinite(over_s) and over_s > 0.0 and math.isfinite(t_s)):
             raise BadInput(f"a move over {over_s} s at {t_s} s was asked for, but it takes finite times and some time to move, e.g. 1.0 s.")
-        late_s, most_s = self._course.now_s - t_s, self._safety.stale_s
+        late_s, most_s = self._trajectory.now_s - t_s, self._safety.stale_s
         if late_s > most_s:
             raise BadInput(f"a move came {late_s:.2f} s after it was commanded; safety.stale_s={most_s:g} s are allowed. Command it anew.")
         if self.held is not None:

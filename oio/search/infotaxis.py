@@ -1,7 +1,8 @@
 """Infotaxis: the next sniff is the one that is expected to take most entropy from the place of the source, per second.
 
 Vergassola, Villermaux, Shraiman (2007), Nature 445:406. There, hits are counted and the posterior is a map; here, a sniff has a signal,
-and the posterior is a cloud of places (`oio.search.source_posterior`). What a sniff may say is cut into levels that the cloud expects equally often;
+and the posterior is a cloud of places (`oio.search.source_posterior`). What a sniff may say is cut into levels that the cloud expects
+equally often;
 the expected drop of entropy is the mutual information of level and place,
 
 I = H(level) - sum_j w_j H(level | place j) >= 0.

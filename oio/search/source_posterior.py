@@ -1,7 +1,8 @@
 """Where the source may be, given the signals of the moves: a cloud of places with weights, drawn anew where the last one has its mass.
 
 A signal z at nose p is normal about c = exp(l) c_1(p; s) with variance sigma^2 + c^2 (gamma^2 h^2 / eddies + misfit^2 + |w d ln c / ds|^2):
-white noise, gas that fluctuates (`oio.gas.fluctuation`), a plume that is not the law's, and the width w of the cell that the place stands for.
+white noise, gas that fluctuates (`oio.gas.fluctuation`), a plume that is not the law's, and the width w of the cell that the place
+stands for.
 So a coarse cloud does not pretend to know more than its spacing, and zooming in does not lose the source. The strength is marginalised:
 for each place the best ln strength l by Gauss-Newton, and a few about it.
 """

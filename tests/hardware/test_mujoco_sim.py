@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from hardware.simulation.physics import compiled
 from oio.core.errors import BadInput, OioError
 from oio.core.records import GasSample, JointState, Truth, seconds
 from oio.core.seeds import Seeds
@@ -171,7 +172,7 @@ def test_free_play_shows_when_the_direction_turns(sim):
 
 
 def joint_names(bench):
-    model, _ = bench.model()
+    model, _ = compiled(bench.arm)
     return [model.joint(i).name for i in range(model.njnt)]
 
 

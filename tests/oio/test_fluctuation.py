@@ -73,7 +73,9 @@ def test_gas_supposed_beyond_all_digits_leaves_a_variance_and_a_likelihood(decad
     for _ in range(100):
         k = 100
         dt = np.where(rng.random(k) < 0.1, 0.0, 10 ** rng.uniform(-6, 2, k))
-        field = MeanField(10 ** rng.uniform(-3, decades, k), np.ones(k), 10 ** rng.uniform(-3, 0, k), rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3)
+        field = MeanField(
+            10 ** rng.uniform(-3, decades, k), np.ones(k), 10 ** rng.uniform(-3, 0, k), rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3
+        )
         along = PathField(field, dt, np.full(k, 0.8), np.arange(k), np.ones(k), np.full(k, 0.1))
         white = whiten(rng.standard_normal((k, 1)), along, Fluctuation(1.0, 0.3, 1.0))
         assert np.all(white.expected_ppm2[1:] >= 0.1)

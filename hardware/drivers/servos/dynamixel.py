@@ -52,7 +52,9 @@ class Dynamixel:
         packets = ask_all(wire, question, self._packets, ids, _of(PRESENT.length))
         fields = [np.frombuffer(p.params, dtype=[("current", "<i2"), ("velocity", "<i4"), ("position", "<i4")])[0] for p in packets]
         load = np.array([abs(int(f["current"])) / self._most[s] for f, s in zip(fields, ids, strict=True)])
-        return ServoState(np.array([int(f["position"]) for f in fields]), load, next((said for p in packets if (said := _complaint(p))), None))
+        return ServoState(
+            np.array([int(f["position"]) for f in fields]), load, next((said for p in packets if (said := _complaint(p))), None)
+        )
 
     def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
         """See `Bus`."""

@@ -24,7 +24,10 @@ def end_directions(arm: Arm) -> list[tuple[str, str]]:
     At once, not at the ends: a joint that swings the nose half around brings it back on both sides.
     """
     slopes = arm.nose_jacobian(arm.home)[1]  # dp/dq (3, n)
-    return [_nose_direction(slopes[:, i]) if math.hypot(*slopes[:, i]) >= LEVER_M else _roll_direction(arm, i) for i in range(len(arm.all_names))]
+    return [
+        _nose_direction(slopes[:, i]) if math.hypot(*slopes[:, i]) >= LEVER_M else _roll_direction(arm, i)
+        for i in range(len(arm.all_names))
+    ]
 
 
 def _nose_direction(slope: Array) -> tuple[str, str]:
