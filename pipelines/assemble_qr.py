@@ -23,8 +23,8 @@ class AssembleQR:
     needs: ClassVar[tuple[type, ...]] = (BaselineResult, BoutCalibration, MapCalibration)
     assembly: str  # gum, or paper: which of the two the search uses
     arm: Arm
-    law: RangeLaw
-    wander: ProcessNoise
+    range_law: RangeLaw
+    process_noise: ProcessNoise
     nominal: Nominal
 
     def run(self, context: Context) -> Calibration:
@@ -34,7 +34,7 @@ class AssembleQR:
         calibration = Calibration(
             chosen=self._knowledge(found, noises[self.assembly]),
             paper=self._knowledge(found, noises["paper"]),
-            cold=cold_prior(self.arm, self.law, self.wander, self.nominal),
+            cold=cold_prior(self.arm, self.range_law, self.process_noise, self.nominal),
             noise=noises[self.assembly],
             time_s=seconds(found.ended_ns - base.began_ns),
             error_ppm=found.error_ppm,
@@ -51,4 +51,4 @@ class AssembleQR:
         return calibration
 
     def _knowledge(self, found: MapCalibration, noise: Noise) -> Prior:
-        return calibrated_prior(found.fit, self.arm, self.wander, replace(self.nominal, delay_s=found.delay.s), noise)
+        return calibrated_prior(found.fit, self.arm, self.process_noise, replace(self.nominal, delay_s=found.delay.s), noise)

@@ -25,7 +25,7 @@ class CalibrateBouts:
     sensor: Sensor
     arm: Arm
     bandit: Bandit
-    rule: BoutRule
+    bout: BoutRule
     beacon: Source
     moves_per_rung: int
     sniff_s: float  # how long each move's sniff lasts at least; a rung lasts two windows at least
@@ -44,8 +44,8 @@ class CalibrateBouts:
         return BoutCalibration(tuple(rungs), trace)
 
     def _rung(self, context: Context, dof: int, trace: Trace) -> TypeA:
-        k = self.rule.window(dof)
-        detector, values = BoutDetector(self.rule, k, context.need(BaselineResult).elements), Values.none(dof)
+        k = self.bout.window(dof)
+        detector, values = BoutDetector(self.bout, k, context.need(BaselineResult).elements), Values.none(dof)
         steps: list[Bout] = []
         for move in range(self.moves_per_rung):
             q = context.world.goal
@@ -65,7 +65,7 @@ class CalibrateBouts:
 
     def _off_beacon(self, here: Array, goal: Array) -> bool:
         place = self.beacon.position
-        return place is None or bool(self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.near_m)
+        return place is None or bool(self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.approach_m)
 
     def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace, k: int) -> list[Bout]:
         dwell_s = max(self.sniff_s, 2 * k * self.sensor.sample_s / self.moves_per_rung)

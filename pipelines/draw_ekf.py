@@ -23,7 +23,7 @@ class DrawEkf:
     needs: ClassVar[tuple[type, ...]] = (Calibration, Navigation)
     sensor: Sensor
     arm: Arm
-    estimator: Estimator
+    ekf: Estimator
     belief_map: BeliefMap
     stop: StopRule  # as navigate's
 
@@ -31,7 +31,7 @@ class DrawEkf:
         """Both filters make their maps when the search made them."""
         known, search = context.need(Calibration), context.need(Navigation)
         starts = {"cold": known.cold, "calibrated": known.chosen}
-        variants = {name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen) for name, at in starts.items()}
+        variants = {name: Variant(Odometry(self.ekf, at, self.belief_map), at is known.chosen) for name, at in starts.items()}
         rerun = Rescoring(variants, self.sensor, search, self.stop)
         found = tracks(rerun, self.arm, context.log.samples(search.began_ns, search.ended_ns))
         draw(found, context.out / "figure_ekf.png")

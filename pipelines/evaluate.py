@@ -32,7 +32,7 @@ class Evaluate:
     needs: ClassVar[tuple[type, ...]] = (BaselineResult, Calibration, Navigation)
     sensor: Sensor
     arm: Arm
-    estimator: Estimator
+    ekf: Estimator
     belief_map: BeliefMap
     stop: StopRule  # as navigate's
     limits: Limits
@@ -68,7 +68,7 @@ class Evaluate:
         if self.paper_assembly:
             starts["calibrated_paper_assembly"] = known.paper
         variants = {
-            name: Variant(Odometry(self.estimator, at, self.belief_map), at is known.chosen, name == "cold" and self.cold_maps == "last")
+            name: Variant(Odometry(self.ekf, at, self.belief_map), at is known.chosen, name == "cold" and self.cold_maps == "last")
             for name, at in starts.items()
         }
         rerun = Rescoring(variants, self.sensor, search, self.stop)
@@ -80,7 +80,7 @@ class Evaluate:
         odometry = rerun.variants["calibrated"].odometry
         if rerun.source is None or not odometry.hypotheses or self.arm.dof < 3:
             return None, None
-        sniffs, known = odometry.trace.frozen(), odometry.known
+        sniffs, known = odometry.trace.frozen(), odometry.prior
         truth = at_truth(sniffs, known, odometry.hypotheses[0].mean, rerun.source)
         return cramer_rao(sniffs, known, truth).rms_m, posterior_cramer_rao(sniffs, known, rng, self.bound_draws).rms_m
 
@@ -88,4 +88,4 @@ class Evaluate:
         odometry = rerun.variants["calibrated"].odometry
         if not odometry.hypotheses:
             return ()
-        return unobservable(odometry.trace.frozen(), odometry.known, odometry.hypotheses, self.limits.narrowed)
+        return unobservable(odometry.trace.frozen(), odometry.prior, odometry.hypotheses, self.limits.narrowed)

@@ -35,8 +35,8 @@ class MapBeliefs:
     needs: ClassVar[tuple[type, ...]] = (BaselineResult, BoutCalibration)
     sensor: Sensor
     arm: Arm
-    law: RangeLaw
-    wander: ProcessNoise
+    range_law: RangeLaw
+    process_noise: ProcessNoise
     belief_map: BeliefMap
     nominal: Nominal
     beacon: Source
@@ -105,7 +105,7 @@ class MapBeliefs:
             pose = self.arm.reach(goal, here) if self.arm.dof >= 3 else self.arm.random_pose(context.rng)
             if pose is None or not self.arm.free(here, pose):
                 continue
-            if self.arm.clearance_m(here, pose, place) >= min(self.beacon.near_m, 0.9 * distance_m):
+            if self.arm.clearance_m(here, pose, place) >= min(self.beacon.approach_m, 0.9 * distance_m):
                 return pose
         return here
 
@@ -121,18 +121,18 @@ class MapBeliefs:
         base = context.need(BaselineResult)
         offsets = np.array([b.ppm for b in base.elements]), np.array([b.u_ppm for b in base.elements])
         place = np.array(self.beacon.position), self.beacon_u_m
-        return beacon_problem(sniffs, self.arm, self.law, self.nominal, offsets, place)
+        return beacon_problem(sniffs, self.arm, self.range_law, self.nominal, offsets, place)
 
     def _repeat(self, context: Context, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> Repeat:
         """One trilateration with the law fitted without its own readings."""
         law = self._fit(context, sniffs.without(*span), fit)
-        told_nothing = replace(law, law=law.law.untold())  # a strength that was told is another source's
-        known = calibrated_prior(told_nothing, self.arm, self.wander, self.nominal, Noise.nominal())
+        told_nothing = replace(law, law=law.law.with_unknown_strength())  # a strength that was told is another source's
+        known = calibrated_prior(told_nothing, self.arm, self.process_noise, self.nominal, Noise.nominal())
         own = sniffs.between(*span)
         place = np.array(self.beacon.position)
         # five measurements may leave a mirror point: that a map names both is no error of its covariance
         refined = min(self.belief_map.locate(own, known), key=lambda fit: nees(fit.mean[:3] - place, fit.cov[:3, :3]))
-        centres, radii = range_spheres(own, law, self.arm, self.law, len(self.distances_m))
+        centres, radii = range_spheres(own, law, self.arm, self.range_law, len(self.distances_m))
         try:
             point = vertex(centres, radii)
         except NotObservable:

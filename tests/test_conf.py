@@ -90,7 +90,9 @@ def test_every_air_keeps_its_promises(built, air):
     check_air(built("air", f"air={air}"))
 
 
-@pytest.mark.parametrize("key", ["beacon", "source", "room", "range", "nominal", "wander", "belief_map", "bout", "seeds", "safety"])
+@pytest.mark.parametrize(
+    "key", ["beacon", "source", "climate", "range_law", "nominal", "process_noise", "belief_map", "bout", "seeds", "safety"]
+)
 def test_every_key_of_the_root_is_built(built, composed, key):
     assert type(built(key)).__name__ == composed()[key]["_target_"].rsplit(".", 1)[1]
 

@@ -55,7 +55,7 @@ WAYS_IN = {
 VARIANTS = {
     **{f"search={name}": ("sensor=ndir", *SHORT, f"search={name}") for name in ("infotaxis", "gradient", "cast_surge", "bandit", "random")},
     **{f"ekf={name}": ("sensor=pa", *SHORT, f"ekf={name}") for name in ("fixed_lag", "ukf", "ckf", "gaussian_sum", "filterpy", "paper")},
-    "evidence": ("sensor=mox_mq", "air=ventilated", *SHORT, "range.air=evidence"),
+    "evidence": ("sensor=mox_mq", "air=ventilated", *SHORT, "range_law.form=evidence"),
     "two joints": ("sensor=ec", *SHORT, "dof=2", "assembly=paper"),
     "the parts' own timing": ("sensor=ndir", *SHORT, "profile=datasheet"),
 }

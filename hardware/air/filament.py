@@ -31,12 +31,12 @@ class Filament:
     growth_m2_s: float  # D
     age_s: float  # a puff older than this is forgotten
     range_m: float  # so is one farther than this from the base
-    stood_s: float  # the plume has stood this long when a source is presented; that wait costs no simulated time
+    spin_up_s: float  # the plume has stood this long when a source is presented; that wait costs no simulated time
 
     def check(self) -> None:
         """Refuse senseless rooms."""
         in_range(self, wind_m_s=(0, 10), turbulence_m_s=(0, 5), eddy_s=(0.01, 100), meander_m_s=(0, 5), meander_s=(0.01, 1000))
-        in_range(self, puffs_per_s=(1, 500), puff_m=(1e-3, 0.5), growth_m2_s=(0, 1), age_s=(1, 600), range_m=(0.1, 100), stood_s=(0, 600))
+        in_range(self, puffs_per_s=(1, 500), puff_m=(1e-3, 0.5), growth_m2_s=(0, 1), age_s=(1, 600), range_m=(0.1, 100), spin_up_s=(0, 600))
 
     def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> "LiveFilament":
         """Draw the wind's direction."""
@@ -62,13 +62,13 @@ class LiveFilament:
         return self._puffs[:3, : self._count].T.astype(np.float64)
 
     def present(self, source_m: Array | None, emission_ml_s: float) -> None:
-        """Replace the source: old gas is aired out, the new plume has stood for `stood_s`."""
+        """Replace the source: old gas is aired out, the new plume has stood for `spin_up_s`."""
         air = self._air
         self._source_m, self._puff_ml = source_m, emission_ml_s / air.puffs_per_s
         self._count, self._due = 0, 0.0
-        self._meander = self._shared.later(self._meander, air.stood_s, self._rng)
+        self._meander = self._shared.later(self._meander, air.spin_up_s, self._rng)
         if source_m is not None:
-            age_s = np.arange(round(min(air.stood_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
+            age_s = np.arange(round(min(air.spin_up_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
             places, velocities = aged_plume(age_s, source_m, self.wind_m_s, self._meander, self._own, self._shared, self._rng)
             self._add(places, velocities, age_s)
             self._settle()

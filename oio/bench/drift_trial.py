@@ -71,7 +71,7 @@ def _hover(built: Experiment, times: Times) -> Hover:
     navigate: Any = built.stages["navigate"]
     mapped: Any = built.stages["map_beliefs"]
     return Hover(
-        sensor=built.sensor, arm=built.arm, estimator=navigate.estimator, belief_map=navigate.belief_map,
-        place=np.array(mapped.beacon.position), near_m=mapped.beacon.near_m, distances_m=mapped.distances_m,
+        sensor=built.sensor, arm=built.arm, ekf=navigate.ekf, belief_map=navigate.belief_map,
+        place=np.array(mapped.beacon.position), approach_m=mapped.beacon.approach_m, distances_m=mapped.distances_m,
         dwell_s=times.dwell_s, for_s=times.after_s[-1],
     )  # fmt: skip

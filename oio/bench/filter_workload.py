@@ -45,7 +45,7 @@ class Step:
 def workload(built: Experiment, steps: int) -> Workload:
     """The cold model of an experiment, its source and law known to a hundredth of a cold start's standard deviations."""
     made = built.stages["assemble_qr"]
-    known = cold_prior(made.arm, made.law, made.wander, made.nominal)  # type: ignore[attr-defined]
+    known = cold_prior(made.arm, made.law, made.process_noise, made.nominal)  # type: ignore[attr-defined]
     fit = Fit(known.layout, known.mean, 1e-4 * known.cov, 0.0, PPM, known.model.fluctuation, MEASUREMENTS, known.model.law)
     joints = tuple(_joints(built, i) for i in range(1, steps + 1))
     ekf, belief, readings = Ekf(gate_nis=25.0), known.model.begin(fit, 0, MEASUREMENTS), list[GasReading]()
@@ -65,9 +65,9 @@ def _joints(built: Experiment, i: int) -> JointState:
     return JointState(nanoseconds(t_s), built.arm.home + swing * one, speed * one, -rate * rate * swing * one)
 
 
-def first_belief(estimator: Estimator, way: Workload) -> Belief:
+def first_belief(ekf: Estimator, way: Workload) -> Belief:
     """A filter's belief at the beginning."""
-    begin = estimator.begin if isinstance(estimator, Initializer) else begin_from_best
+    begin = ekf.begin if isinstance(ekf, Initializer) else begin_from_best
     return begin(way.model, (way.fit,), 0, MEASUREMENTS)
 
 

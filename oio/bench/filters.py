@@ -53,7 +53,7 @@ def timed(estimators: dict[str, Estimator], way: Workload, repeats: int) -> list
     ready = matrices(way)
     filterpy_us = _fastest(lambda: filterpy_alone(way, ready), repeats, way)
     model_us = _fastest(lambda: model_alone(way, ready), repeats, way)
-    return [_row(name, _fastest(_steps(estimator, way), repeats, way), filterpy_us, model_us) for name, estimator in estimators.items()]
+    return [_row(name, _fastest(_steps(ekf, way), repeats, way), filterpy_us, model_us) for name, ekf in estimators.items()]
 
 
 def _row(name: str, step_us: float, filterpy_us: float, model_us: float) -> Row:
@@ -61,12 +61,12 @@ def _row(name: str, step_us: float, filterpy_us: float, model_us: float) -> Row:
     return Row(name, step_us, filterpy_us, step_us / filterpy_us, both_us, step_us / both_us)
 
 
-def _steps(estimator: Estimator, way: Workload) -> Callable[[], None]:
+def _steps(ekf: Estimator, way: Workload) -> Callable[[], None]:
     def all_of_them() -> None:
-        belief = first_belief(estimator, way)
+        belief = first_belief(ekf, way)
         for joints, reading in zip(way.joints, way.readings, strict=True):
-            belief = estimator.predict(way.model, belief, joints)
-            belief, _ = estimator.update(way.model, belief, reading)
+            belief = ekf.predict(way.model, belief, joints)
+            belief, _ = ekf.update(way.model, belief, reading)
 
     return all_of_them
 
@@ -87,7 +87,7 @@ def _words(words: Arguments, ekf: str) -> tuple[str, ...]:
 
 
 def _estimator(words: Arguments, name: str) -> Estimator:
-    found = getattr(setting(_words(words, name))[1].stages.get("navigate"), "estimator", None)
+    found = getattr(setting(_words(words, name))[1].stages.get("navigate"), "ekf", None)
     if not isinstance(found, Estimator):
         raise BadInput("stage= was given without 'navigate', whose filter is measured. Leave stage= out.")
     return found

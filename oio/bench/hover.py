@@ -31,10 +31,10 @@ class Hover:
     needs: ClassVar[tuple[type, ...]] = (Calibration, MapCalibration)
     sensor: Sensor
     arm: Arm
-    estimator: Estimator
+    ekf: Estimator
     belief_map: BeliefMap
     place: Array  # (3,) m, of the beacon
-    near_m: float
+    approach_m: float
     distances_m: tuple[float, ...]
     dwell_s: float
     for_s: float
@@ -54,9 +54,9 @@ class Hover:
         return Hovered(began_ns)
 
     def _begun(self, context: Context) -> Odometry:
-        odometry = Odometry(self.estimator, context.need(Calibration).chosen, self.belief_map)
-        begin = self.estimator.begin if isinstance(self.estimator, Initializer) else begin_from_best
-        known, fit = odometry.known, context.need(MapCalibration).fit
+        odometry = Odometry(self.ekf, context.need(Calibration).chosen, self.belief_map)
+        begin = self.ekf.begin if isinstance(self.ekf, Initializer) else begin_from_best
+        known, fit = odometry.prior, context.need(MapCalibration).fit
         widened = replace(fit, cov=known.model.noise.inflation * fit.cov)  # as a search has it
         odometry.belief = begin(known.model, (widened,), context.world.t_ns, CERTAIN)
         return odometry
@@ -64,13 +64,13 @@ class Hover:
     def _goal(self, context: Context, odometry: Odometry) -> Array:
         """What to tell the servos (n,) rad, which believe their encoders, so that the nose stands some distance off the beacon."""
         assert odometry.belief is not None
-        offset, told = odometry.belief.mean[odometry.known.model.at["o"]], context.world.goal
+        offset, told = odometry.belief.mean[odometry.prior.model.at["o"]], context.world.goal
         here = told - offset
         for _ in range(200):
             direction, distance_m = context.rng.standard_normal(3), context.rng.choice(self.distances_m)
             pose = self.arm.reach(self.place + distance_m * direction / np.linalg.norm(direction), here)
             if pose is None or not self.arm.inside(pose + offset) or not self.arm.free(told, pose + offset):
                 continue
-            if self.arm.clearance_m(here, pose, self.place) >= min(self.near_m, 0.9 * distance_m):
+            if self.arm.clearance_m(here, pose, self.place) >= min(self.approach_m, 0.9 * distance_m):
                 return pose + offset
         return told

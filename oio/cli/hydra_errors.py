@@ -7,14 +7,14 @@ from hydra.errors import CompactHydraException, InstantiationException
 from omegaconf.errors import OmegaConfBaseException
 
 from oio.cli.help import choices
+from oio.cli.renamed_keys import renamed
 from oio.core.errors import BadInput, OioError
 
-# Fields of backends and stages that are filled by interpolation, and the key that they come from.
-GIVEN = {
-    name: name
-    for name in ("arm", "sensor", "air", "beacon", "source", "seeds", "recording", "belief_map", "wander", "nominal", "stop", "safety")
-}
-GIVEN |= {"estimator": "ekf", "strategy": "search", "law": "range", "rule": "bout"}
+# Fields of backends and stages that are filled by interpolation of the root key of the same name.
+SHARED = (
+    "arm", "sensor", "air", "beacon", "source", "seeds", "recording", "belief_map", "process_noise", "nominal", "stop", "safety", "ekf",
+    "search", "range_law", "bout",
+)  # fmt: skip
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)
 
 
@@ -39,12 +39,16 @@ def _paragraph(error: BaseException, conf: Path) -> str:
         known = ",".join(name for name, _ in choices(conf, "stage"))
         return f"stage= takes a list of at least one of {known}. Type e.g. stage=[warm_up,baseline]."
     unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
+    if unknown and (new := renamed(unknown[1])):
+        return _renamed(unknown[1], new)
     if unknown and (owner := _owner(unknown[1], conf)):
         chosen = f"{unknown[1].split('.')[0]}={owner}"
         return f"'{unknown[1]}' is a key of {chosen} only. Type {chosen} {unknown[1]}=VALUE."
     if unknown:
         return f"'{unknown[1]}' is not a key of the configuration. {_list_keys()} To add a new one on purpose: +{unknown[1]}=VALUE."
     unexpected = re.search(r"unexpected keyword argument '(\w+)'", text)
+    if unexpected and (new := renamed(f"{_where(text)}{unexpected[1]}")):
+        return _renamed(f"{_where(text)}{unexpected[1]}", new)
     if unexpected:
         return f"'{_where(text)}{unexpected[1]}' is not a key of its YAML. {_list_keys()}"
     absent = re.search(r"missing \d+ required keyword-only arguments?: (.+?)['\"]?\)", text)
@@ -57,6 +61,10 @@ def _paragraph(error: BaseException, conf: Path) -> str:
         example = "sensor=ec dof=5; quote lists: 'source.position=[0.3,0.1,0.15]'"
         return f"the command line could not be read: {text} Type KEY=VALUE words, e.g. {example}."
     return f"{text} `python -m oio.run --help` lists the choices; `--cfg job` prints every key."
+
+
+def _renamed(old: str, new: str) -> str:
+    return f"'{old}' is now called '{new}'. Type {new}=VALUE."
 
 
 def _no_such_choice(group: str, name: str, conf: Path) -> str:
@@ -85,9 +93,7 @@ def _typed(full_key: str) -> str:
     """The key as one types it: what a backend or a stage is given by interpolation stands elsewhere in the configuration."""
     parts = full_key.split(".")
     inner = parts[1:] if parts[0] == "backend" else parts[2:] if parts[0] == "stage" else []
-    if inner and inner[0] in GIVEN:
-        return ".".join([GIVEN[inner[0]], *inner[1:]])
-    return full_key
+    return ".".join(inner) if inner and inner[0] in SHARED else full_key
 
 
 def _owner(key: str, conf: Path) -> str | None:

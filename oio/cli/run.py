@@ -20,6 +20,7 @@ from oio.cli.exit_codes import run_command
 from oio.cli.experiment import Experiment, execute
 from oio.cli.help import show_help
 from oio.cli.hydra_errors import known_error
+from oio.cli.renamed_keys import modernised
 from oio.cli.sweep import SweepTable
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
@@ -100,12 +101,14 @@ def replayed(arguments: list[str]) -> list[str]:
         return arguments
     given = {a.split("=", 1)[0] for a in arguments}
     logged = json.loads(read_metadata(Path(log)).get("overrides", "[]"))
-    return [*(a for a in logged if _may_pass(a, given)), *arguments]
+    return [*(a for a in map(modernised, filter(_is_plain, logged)) if _may_pass(a, given)), *arguments]
 
 
-def _may_pass(override: object, given: set[str]) -> bool:
-    if not isinstance(override, str) or not PLAIN.fullmatch(override):
-        return False
+def _is_plain(override: object) -> bool:
+    return isinstance(override, str) and PLAIN.fullmatch(override) is not None
+
+
+def _may_pass(override: str, given: set[str]) -> bool:
     key = override.split("=", 1)[0]
     return key not in given and key.split(".")[0] not in ("backend", "recording", "hydra") and key[0] != "_" and "_target_" not in key
 

@@ -38,7 +38,7 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: A
 @numba.njit(cache=True)
 def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers: Array) -> tuple[Array, Array, Array]:
     """Concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the steps (k, 6) of lag and fluctuation."""
-    r_ref, radius, rise, fall, gamma, t_ref, nose_u, stray, still = numbers
+    r_ref, radius, rise, fall, gamma, t_ref, nose_u, w, still = numbers
     k, n = x.shape[0], len(dq)
     c, grad = np.empty(k), np.empty((k, LAW))
     tau, t, swing = np.empty(k), np.empty(k), np.empty(k)
@@ -52,7 +52,7 @@ def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers
             for j in range(n):
                 along += jac[i, a, j] * dq[j] if abs(dq[j]) > still else 0.0
             speed2 += along * along
-        near, far = theta[4] * nose_u / r, stray * np.log(r / r_ref)
+        near, far = theta[4] * nose_u / r, w * np.log(r / r_ref)
         swing[i] = c[i] * np.sqrt(rarity_i[0] + (near * near + far * far) / (gamma * gamma))
         tau[i] = rise if c[i] + swing[i] * x[i, -1] > x[i, -2] else fall
         t[i] = r / (r_ref / t_ref + np.sqrt(speed2))

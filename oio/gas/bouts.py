@@ -46,14 +46,14 @@ class BoutRule:
 
     window_by_dof: dict[int, int]  # k
     differential: str  # smoothed: y'_t - y'_{t-1} (eq. 1); raw: y_t - y'_{t-1} (the sentence before it)
-    above: str  # what y'_t must exceed: max of the baseline readings, or mean_plus_3_sigma
+    threshold: str  # what y'_t must exceed: max of the baseline readings, or mean_plus_3_sigma
 
     def check(self) -> None:
         """Refuse unknown readings of the paper and senseless windows."""
         if self.differential not in ("smoothed", "raw"):
             raise BadInput(f"bout.differential is '{self.differential}', but it can be smoothed or raw. Type bout.differential=smoothed.")
-        if self.above not in ("max", "mean_plus_3_sigma"):
-            raise BadInput(f"bout.above is '{self.above}', but it can be max or mean_plus_3_sigma. Type bout.above=max.")
+        if self.threshold not in ("max", "mean_plus_3_sigma"):
+            raise BadInput(f"bout.threshold is '{self.threshold}', but it can be max or mean_plus_3_sigma. Type bout.threshold=max.")
         if min(self.window_by_dof.values(), default=0) < 2:
             raise BadInput(f"bout.window_by_dof is {self.window_by_dof}, but every window must have at least 2 readings.")
 
@@ -65,9 +65,9 @@ class BoutRule:
             )
         return self.window_by_dof[dof]
 
-    def threshold(self, element_baseline: ElementBaseline) -> float:
+    def threshold_ppm(self, element_baseline: ElementBaseline) -> float:
         """What an element's reading above its own mean must exceed [ppm]."""
-        return element_baseline.highest_ppm - element_baseline.ppm if self.above == "max" else 3.0 * element_baseline.sigma_ppm
+        return element_baseline.highest_ppm - element_baseline.ppm if self.threshold == "max" else 3.0 * element_baseline.sigma_ppm
 
 
 class BoutDetector:
@@ -79,7 +79,7 @@ class BoutDetector:
         self._window: list[float] = []
         self._smoothed: float | None = None  # y'_{t-1}
         self._delta: float | None = None  # delta_{t-1}
-        self._threshold = float(np.mean([rule.threshold(b) for b in baselines]))
+        self._threshold = float(np.mean([rule.threshold_ppm(b) for b in baselines]))
 
     def feed(self, reading: GasReading) -> Bout | None:
         """One step; None until there is a y'_t and a y'_{t-1}: every element was read, and the window was full once before.

@@ -30,7 +30,7 @@ class Fluctuation:
 
     def height(self, field: "MeanField") -> Array:
         """h (k,): how many times gamma the gas is uncertain in a field."""
-        near, far = field.slope_m / field.r_m, field.stray * np.log(field.r_m / field.r_ref_m)
+        near, far = field.slope_m / field.r_m, field.model_discrepancy * np.log(field.r_m / field.r_ref_m)
         return np.asarray(np.sqrt(field.rarity + (near**2 + far**2) / self.gamma**2))
 
     def rate(self, field: "MeanField") -> Array:
@@ -48,7 +48,7 @@ class MeanField:
     r_m: Array
     speed_m_s: Array
     slope_m: float
-    stray: float
+    model_discrepancy: float
     r_ref_m: float
 
 
@@ -89,7 +89,7 @@ class Whitening:
     def __init__(self, along: PathField, noise: Fluctuation) -> None:
         f = along.field
         self._along, self._noise = along, noise
-        numbers = (f.slope_m, f.stray, f.r_ref_m, noise.gamma, noise.t_s)
+        numbers = (f.slope_m, f.model_discrepancy, f.r_ref_m, noise.gamma, noise.t_s)
         self._steps = _lagged_ou_path(f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s, numbers)
 
     def of(self, rows: Array, variance_ppm2: Array) -> Whitened:
@@ -130,18 +130,18 @@ def _lagged_ou_path(
     mean: Array, rarity: Array, r: Array, speed: Array, dt: Array, tau: Array, numbers: tuple[float, float, float, float, float]
 ) -> Array:
     """`lagged_ou_steps` of a field, with the `height` and the `rate` of its fluctuations."""
-    slope, stray, r_ref, gamma, t_s = numbers
+    slope, w, r_ref, gamma, t_s = numbers
     out = np.empty((len(dt), 6))
     for i in range(len(dt)):
-        high, t = fluctuation_ppm(mean[i], rarity[i], r[i], slope, stray, r_ref, gamma), r[i] / (r_ref / t_s + speed[i])
+        high, t = fluctuation_ppm(mean[i], rarity[i], r[i], slope, w, r_ref, gamma), r[i] / (r_ref / t_s + speed[i])
         lagged_ou_step(np.exp(-dt[i] / tau[i]), np.exp(-dt[i] / t), dt[i], tau[i], t, high, gamma * gamma, out[i])
     return out
 
 
 @numba.njit(cache=True)
-def fluctuation_ppm(mean: float, rarity: float, r: float, slope: float, stray: float, r_ref: float, gamma: float) -> float:
+def fluctuation_ppm(mean: float, rarity: float, r: float, slope: float, w: float, r_ref: float, gamma: float) -> float:
     """c h [ppm], see `Fluctuation.height`."""
-    near, far = slope / r, stray * np.log(r / r_ref)
+    near, far = slope / r, w * np.log(r / r_ref)
     return float(mean * np.sqrt(rarity + (near * near + far * far) / (gamma * gamma)))
 
 

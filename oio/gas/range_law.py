@@ -32,7 +32,7 @@ _MAX_LN_RARITY = np.log(1000.0)  # off-axis puffs are never rarer than this to t
 class RangeLaw:
     """The nominal law, before anything is calibrated, and how far a real one may be from it (one sigma)."""
 
-    air: str  # which of n, k and u the calibration frees: one of AIRS
+    form: str  # which of n, k and u the calibration frees: one of AIRS
     r_ref_m: float  # distance at which l is given
     radius_m: float  # radius of the source
     ln_strength: float | None  # l of the source to be found, if it is known; None: it is about the largest reading seen
@@ -42,52 +42,66 @@ class RangeLaw:
     wind_per_m_u: float  # of each horizontal component of k = U / 2K about still air
     lift_per_m_u: float  # of its vertical component
     thinning_per_m_u: float  # of u about none
-    nose_u_m: float  # how well kinematics know the nose from one moment to the next, until calibrated
-    nose_choices_m: tuple[float, ...]  # of which calibration takes the likeliest
-    stray: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C), until calibrated
-    stray_choices: tuple[float, ...]  # likewise
-    usual_nose_u_m: float  # a choice below this,
-    usual_stray: float  # or below this,
-    calm_evidence: float  # must be so much likelier, in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
-    gamma: float  # relative fluctuation of the gas on the plume's axis
+    nose_jitter_m: float  # how well kinematics know the nose from one moment to the next, until calibrated
+    nose_jitter_choices_m: tuple[float, ...]  # of which calibration takes the likeliest
+    model_discrepancy: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C), until calibrated
+    model_discrepancy_choices: tuple[float, ...]  # likewise
+    typical_nose_jitter_m: float  # a choice below this,
+    typical_model_discrepancy: float  # or below this,
+    calm_min_evidence: float  # must be so much likelier, in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
+    fluctuation_intensity: float  # relative fluctuation of the gas on the plume's axis
     eddy_s: float  # its correlation time at r_ref
 
     def check(self) -> None:
         """Refuse unknown airs and senseless laws."""
-        if self.air not in FORMS:
-            raise BadInput(f"range.air is '{self.air}', but it can be {', '.join(FORMS[:-1])} or {FORMS[-1]}. Type range.air=all.")
+        if self.form not in FORMS:
+            raise BadInput(
+                f"range_law.form is '{self.form}', but it can be {', '.join(FORMS[:-1])} or {FORMS[-1]}. Type range_law.form=all."
+            )
         in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
         in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
         self._check_strength()
-        in_range(self, nose_u_m=(1e-6, MAX_NOSE_JITTER_M), stray=(0, MAX_DISCREPANCY), gamma=(1e-3, 10), eddy_s=(1e-3, 1e3))
-        in_range(self, usual_nose_u_m=(0, MAX_NOSE_JITTER_M), usual_stray=(0, MAX_DISCREPANCY), calm_evidence=(0, 1e6))
-        for key, low, high in (("nose_choices_m", 1e-6, MAX_NOSE_JITTER_M), ("stray_choices", 0.0, MAX_DISCREPANCY)):
+        in_range(
+            self,
+            nose_jitter_m=(1e-6, MAX_NOSE_JITTER_M),
+            model_discrepancy=(0, MAX_DISCREPANCY),
+            fluctuation_intensity=(1e-3, 10),
+            eddy_s=(1e-3, 1e3),
+        )
+        in_range(
+            self, typical_nose_jitter_m=(0, MAX_NOSE_JITTER_M), typical_model_discrepancy=(0, MAX_DISCREPANCY), calm_min_evidence=(0, 1e6)
+        )
+        for key, low, high in (("nose_jitter_choices_m", 1e-6, MAX_NOSE_JITTER_M), ("model_discrepancy_choices", 0.0, MAX_DISCREPANCY)):
             choices = getattr(self, key)
             if not choices or not all(low <= choice <= high for choice in choices):
-                given = f"range.{key} is {list(choices)}"
-                raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range.{key}=[0.1].")
+                given = f"range_law.{key} is {list(choices)}"
+                raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range_law.{key}=[0.1].")
 
     def _check_strength(self) -> None:
         l = self.ln_strength
         if l is not None and not MIN_LN_PPM <= l <= MAX_LN_PPM:
             allowed = f"{MIN_LN_PPM:g} to {MAX_LN_PPM:g} or null: it is the natural logarithm of ppm"
-            raise BadInput(f"range.ln_strength is {l:g}, but it can be {allowed}. Type e.g. range.ln_strength=3.0, which is 20 ppm.")
+            raise BadInput(
+                f"range_law.ln_strength is {l:g}, but it can be {allowed}. Type e.g. range_law.ln_strength=3.0, which is 20 ppm."
+            )
 
     def strength(self, largest_ppm: float) -> float:
         """Where the prior of l lies: as told, or at the largest reading."""
         return float(np.log(largest_ppm)) if self.ln_strength is None else self.ln_strength
 
-    def untold(self) -> "RangeLaw":
+    def with_unknown_strength(self) -> "RangeLaw":
         """The same law about another source, such as the beacon: its strength was not told."""
         return self if self.ln_strength is None else replace(self, ln_strength=None, ln_strength_u=UNKNOWN_STRENGTH_U)
 
-    def doubt(self, nose_u_m: float, stray: float) -> float:
+    def calm_penalty(self, nose_jitter_m: float, model_discrepancy: float) -> float:
         """What so calm a choice costs, in -2 ln L, against those that are not calmer than is usual."""
-        return self.calm_evidence * ((nose_u_m < self.usual_nose_u_m) + (stray < self.usual_stray))
+        return self.calm_min_evidence * (
+            (nose_jitter_m < self.typical_nose_jitter_m) + (model_discrepancy < self.typical_model_discrepancy)
+        )
 
     def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> MeanField:
         """What fluctuations need to know of the mean field."""
-        return MeanField(c, rarity, r, speed_m_s, exponent * self.nose_u_m, self.stray, self.r_ref_m)
+        return MeanField(c, rarity, r, speed_m_s, exponent * self.nose_jitter_m, self.model_discrepancy, self.r_ref_m)
 
 
 @dataclass(frozen=True, slots=True)

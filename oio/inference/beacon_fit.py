@@ -50,8 +50,8 @@ def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) ->
     """The fit with the air that the law names or that the evidence chooses, or begun `like` a fit of much the same data, with its air."""
     if like is not None:
         return _alternate(hold_parameters(problem, law_form(like)), noise_scale, like)
-    airs = tuple(HELD_BY_FORM) if problem.law.air == "evidence" else (problem.law.air,)
-    problems = [hold_parameters(problem, air) for air in airs]
+    forms = tuple(HELD_BY_FORM) if problem.law.form == "evidence" else (problem.law.form,)
+    problems = [hold_parameters(problem, form) for form in forms]
     return lowest_bic((p, _alternate(p, noise_scale, _best_start(p, noise_scale))) for p in problems)
 
 
@@ -82,11 +82,11 @@ def _fit_discrepancy(problem: Problem, noise: Fluctuation, residual: Array, alon
     none, and the next source is smelt elsewhere in the plume. Where the law holds the readings do say so, by tens.
     """
     law = problem.law
-    choices = [(play, stray) for play in law.nose_choices_m for stray in law.stray_choices]
-    shapes = [(along.field.slope_m / law.nose_u_m * play, stray, noise.gamma) for play, stray in choices]
+    choices = [(jitter_m, w) for jitter_m in law.nose_jitter_choices_m for w in law.model_discrepancy_choices]
+    shapes = [(along.field.slope_m / law.nose_jitter_m * jitter_m, w, noise.gamma) for jitter_m, w in choices]
     costs = minus_2_log_likelihoods(residual, along, noise.scale, shapes, np.array([noise.t_s]))[:, 0]
-    play, stray = choices[int(np.argmin(costs + [law.doubt(play, stray) for play, stray in choices]))]
-    return replace(law, nose_u_m=play, stray=stray)
+    jitter_m, w = choices[int(np.argmin(costs + [law.calm_penalty(jitter_m, w) for jitter_m, w in choices]))]
+    return replace(law, nose_jitter_m=jitter_m, model_discrepancy=w)
 
 
 def _wind_starts(problem: Problem) -> list[Array]:

@@ -23,18 +23,18 @@ class BeliefMap:
 
     path_period_s: float
     limit: int
-    coarse: int
-    shell: int  # coarse places on each shell about the strongest reading
+    grid_points: int
+    points_per_shell: int  # coarse places on each shell about the strongest reading
     shells_m: tuple[float, ...]  # radii of these shells
     starts: int  # of the first map
     restarts: int  # beside the hypotheses, of every later one
-    apart_m: float
+    min_separation_m: float
     keep_chi2: float
 
     def check(self) -> None:
         """Refuse senseless counts."""
-        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), coarse=(4, 10**5), shell=(0, 10**5))
-        in_range(self, starts=(1, 100), restarts=(0, 100), apart_m=(1e-4, 100), keep_chi2=(0, 1e6))
+        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), grid_points=(4, 10**5), points_per_shell=(0, 10**5))
+        in_range(self, starts=(1, 100), restarts=(0, 100), min_separation_m=(1e-4, 100), keep_chi2=(0, 1e6))
 
     def trace(self) -> Trace:
         """An empty trace."""
@@ -52,7 +52,7 @@ class BeliefMap:
         fits = sorted([*found, solve(problem, _clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
         kept: list[Fit] = []
         for fit in fits:
-            distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.apart_m / 2 for other in kept)
+            distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.min_separation_m / 2 for other in kept)
             if distinct and fit.chi2 <= fits[0].chi2 + self.keep_chi2:
                 kept.append(fit)
         return tuple(kept)
@@ -65,20 +65,20 @@ class BeliefMap:
         strongest = problem.sniffs.at[int(np.argmax(problem.residual(problem.mean, left)))]
         nose = problem.nose(problem.mean)
         near = np.concatenate([self._shells(nose[strongest]), linear_source(problem, nose)])
-        places = np.concatenate([low + halton(self.coarse) * (high - low), np.clip(near, low, high)])
+        places = np.concatenate([low + halton(self.grid_points) * (high - low), np.clip(near, low, high)])
         fresh = self.restarts if before else self.starts
         tried = _rank_starts(problem, places, weigh.gamma, left, 4 * fresh)
         starts = [fit.mean for fit in before]
         for theta in sorted(tried, key=lambda theta: _minus_2_log_likelihood(problem, theta, weigh)):
             if len(starts) >= fresh + len(before):
                 break
-            if all(np.linalg.norm(theta[:3] - other[:3]) > self.apart_m for other in starts):
+            if all(np.linalg.norm(theta[:3] - other[:3]) > self.min_separation_m for other in starts):
                 starts.append(theta)
         return starts
 
     def _shells(self, nose_m: Array) -> Array:
         """Places (k, 3) m about where it smelt strongest (3,) m, in all directions: minima are narrow there."""
-        u = halton(self.shell)
+        u = halton(self.points_per_shell)
         height, angle = 2.0 * u[:, 0] - 1.0, 2.0 * np.pi * u[:, 1]
         across = np.sqrt(1.0 - height**2)
         directions = np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=1)

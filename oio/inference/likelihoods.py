@@ -20,7 +20,7 @@ TIMES_S = np.geomspace(0.1, 10.0, 10)
 
 def fit_fluctuation(residual: Array, along: PathField, scale: float) -> Fluctuation:
     """gamma and T of greatest likelihood of the residuals (m,) of a fit, on a grid; `scale` is that of the baseline."""
-    shapes = [(along.field.slope_m, along.field.stray, float(gamma)) for gamma in GAMMAS]
+    shapes = [(along.field.slope_m, along.field.model_discrepancy, float(gamma)) for gamma in GAMMAS]
     costs = minus_2_log_likelihoods(residual, along, scale, shapes, TIMES_S)
     gamma, t_s = np.unravel_index(np.argmin(costs), costs.shape)
     return Fluctuation(scale, float(GAMMAS[gamma]), float(TIMES_S[t_s]))
@@ -56,9 +56,9 @@ def _whiten_all(
     out, expected = np.empty((many, lasting, len(at))), np.empty((many, lasting, len(at)))
     steps, high = np.empty((k, 6)), np.empty(k)
     for s in range(many):
-        slope, stray, gamma = shapes[s]
+        slope, w, gamma = shapes[s]
         for j in range(k):
-            high[j] = fluctuation_ppm(mean[j], rarity[j], r[j], slope, stray, r_ref, gamma)
+            high[j] = fluctuation_ppm(mean[j], rarity[j], r[j], slope, w, r_ref, gamma)
         for i in range(lasting):
             for j in range(k):
                 lagged_ou_step(phi[j], keep[i, j], dt[j], tau[j], t[i, j], high[j], gamma * gamma, steps[j])

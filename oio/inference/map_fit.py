@@ -97,4 +97,4 @@ def discrepancy_m(problem: Problem, theta: Array, told: Array, along: PathField)
     """
     weight = np.einsum("ij,ij->i", told, told)
     r_m = float(weight @ along.field.r_m[along.at]) / max(float(np.sum(weight)), 1e-300)
-    return problem.law.stray * r_m / max(float(theta[problem.layout.exponent]), 0.1)
+    return problem.law.model_discrepancy * r_m / max(float(theta[problem.layout.exponent]), 0.1)

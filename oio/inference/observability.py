@@ -81,7 +81,7 @@ def _axes(d: Array) -> Array:
 def _unseen(direction: Array, strength_share: float, arm: Arm, told: bool) -> str:
     names = [axis for axis, part in zip(AXES[:3], direction, strict=True) if abs(part) > NAMED]
     names += ["strength"] if strength_share > MOVES_WITH or not names else []
-    tell = "better (range.ln_strength_u)" if told else "(range.ln_strength and range.ln_strength_u)"
+    tell = "better (range_law.ln_strength_u)" if told else "(range_law.ln_strength and range_law.ln_strength_u)"
     more = f" or tell the strength {tell}" if "strength" in names else ""
     if len(names) == 1:
         return f"{names[0]} cannot be found with dof={arm.dof}: {_remedy(arm)}{more}."

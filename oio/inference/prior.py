@@ -68,7 +68,7 @@ def nominal_prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, off
     sd[lay.gain.start] = FIXED  # the first element is the scale; the strength takes up its gain
     sd[lay.tau] = nominal.tau_u
     mean[lay.baseline], sd[lay.baseline] = offsets, offsets_u
-    return forget_source(mean, np.diag(sd**2), arm, law.untold())
+    return forget_source(mean, np.diag(sd**2), arm, law.with_unknown_strength())
 
 
 def forget_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:
@@ -82,20 +82,20 @@ def forget_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength:
     return mean, cov
 
 
-def cold_prior(arm: Arm, law: RangeLaw, wander: ProcessNoise, nominal: Nominal) -> Prior:
+def cold_prior(arm: Arm, law: RangeLaw, process_noise: ProcessNoise, nominal: Nominal) -> Prior:
     """The same filter without calibration: nominal range law, unit gains, nominal lag and offsets, data-sheet noise."""
     offsets = np.full(nominal.elements, nominal.background_ppm)
     fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED, thinning_per_m_u=FIXED)
     figures = replace(nominal, gain_u=FIXED, tau_u=FIXED)
     mean, cov = nominal_prior(arm, fixed, figures, offsets, np.full(nominal.elements, nominal.accuracy_ppm))
     model = StateSpace(
-        arm, law, wander, nominal.rise_s, nominal.fall_s, (1.0,) * nominal.elements,
-        Fluctuation(1.0, law.gamma, law.eddy_s), nominal.sigma_ppm, Noise.nominal(),
+        arm, law, process_noise, nominal.rise_s, nominal.fall_s, (1.0,) * nominal.elements,
+        Fluctuation(1.0, law.fluctuation_intensity, law.eddy_s), nominal.sigma_ppm, Noise.nominal(),
     )  # fmt: skip
     return Prior(mean, cov, model, nominal.delay_s)
 
 
-def calibrated_prior(fit: Fit, arm: Arm, wander: ProcessNoise, nominal: Nominal, noise: Noise) -> Prior:
+def calibrated_prior(fit: Fit, arm: Arm, process_noise: ProcessNoise, nominal: Nominal, noise: Noise) -> Prior:
     """What the fit on the known source taught, but for the source itself.
 
     Where the repeats missed by more than their covariances said, all that a reading may stray by is inflated alike: the next source is
@@ -103,11 +103,11 @@ def calibrated_prior(fit: Fit, arm: Arm, wander: ProcessNoise, nominal: Nominal,
     """
     more = float(np.sqrt(noise.inflation))
     fl = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=more * fit.fluctuation.gamma)
-    stray, nose_u_m = min(more * fit.law.stray, MAX_DISCREPANCY), min(more * fit.law.nose_u_m, MAX_NOSE_JITTER_M)
-    law = replace(fit.law, stray=stray, nose_u_m=nose_u_m)
+    jitter_m = min(more * fit.law.nose_jitter_m, MAX_NOSE_JITTER_M)
+    law = replace(fit.law, model_discrepancy=min(more * fit.law.model_discrepancy, MAX_DISCREPANCY), nose_jitter_m=jitter_m)
     mean, cov = forget_source(fit.mean, noise.inflation * fit.cov, arm, fit.law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))
-    model = StateSpace(arm, law, wander, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
+    model = StateSpace(arm, law, process_noise, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
     return Prior(mean, cov, model, nominal.delay_s)

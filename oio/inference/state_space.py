@@ -41,7 +41,7 @@ class StateSpace:
 
     arm: Arm
     law: RangeLaw
-    wander: ProcessNoise
+    process_noise: ProcessNoise
     rise_s: float
     fall_s: float
     gain: tuple[float, ...]
@@ -133,26 +133,26 @@ class StateSpace:
         jacobian[i, s : s + LAW] = felt * grad[0]
         jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, to, keep
-        q = np.diag(self.process_noise(dt_s))
-        if self.wander.drift_deg_s2_sqrt_s > 0.0:
+        q = np.diag(self.process_noise_diagonal(dt_s))
+        if self.process_noise.drift_deg_s2_sqrt_s > 0.0:
             q[: 3 * n, : 3 * n] += np.kron(self._wandering_drift(dt_s), np.eye(n))
         q[i, i], q[i, m], q[m, i], q[m, m] = step[3], step[4], step[4], step[5]
         return new, jacobian, q
 
     def _speed(self, jac: Array, joints: JointState) -> Array:
         """Of the nose (1,) m/s; a joint slower than one count per sample stands still."""
-        moving = np.abs(joints.dq) > self.wander.still_rad_s
+        moving = np.abs(joints.dq) > self.process_noise.still_rad_s
         return np.array([np.linalg.norm(jac @ (joints.dq * moving))])
 
     def _wandering_drift(self, dt_s: float) -> Array:
         """Q (3, 3) of offset, rate and acceleration of a joint whose acceleration walks at random (Van Loan 1978, in closed form)."""
         t = dt_s
         shape = np.array([[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]])
-        return np.asarray(np.radians(self.wander.drift_deg_s2_sqrt_s) ** 2 * shape)
+        return np.asarray(np.radians(self.process_noise.drift_deg_s2_sqrt_s) ** 2 * shape)
 
-    def process_noise(self, dt_s: float) -> Array:
+    def process_noise_diagonal(self, dt_s: float) -> Array:
         """Diagonal of Q (N,) over dt_s of everything that walks at random by itself."""
-        w, at = self.wander, self.at
+        w, at = self.process_noise, self.at
         q = np.zeros(self.size)
         q[at["o"]] = np.radians(w.offset_deg_sqrt_s) ** 2 * dt_s
         q[at["s"]] = self.noise.source_q_m2 * (dt_s if self.noise.assembly == "gum" else 1.0)
@@ -166,10 +166,20 @@ class StateSpace:
     def constants(self) -> tuple[Array, Array, float]:
         """For `oio.estimators.propagation_kernel`: law, lag and fluctuation (9,); variances that walk per step and per second (2, N);
         the drift's."""
-        law, fl, once = self.law, self.fluctuation, self.process_noise(0.0)
-        numbers = [law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_u_m, law.stray, self.wander.still_rad_s]
-        drift = float(np.radians(self.wander.drift_deg_s2_sqrt_s)) ** 2
-        return np.array(numbers), np.array([once, self.process_noise(1.0) - once]), drift
+        law, fl, once = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
+        numbers = [
+            law.r_ref_m,
+            law.radius_m,
+            self.rise_s,
+            self.fall_s,
+            fl.gamma,
+            fl.t_s,
+            law.nose_jitter_m,
+            law.model_discrepancy,
+            self.process_noise.still_rad_s,
+        ]
+        drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
+        return np.array(numbers), np.array([once, self.process_noise_diagonal(1.0) - once]), drift
 
     def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
         """Expected reading [ppm], its Jacobian H (N,), and R [ppm^2]: the variance of one fresh reading, or the assembly's."""

@@ -104,7 +104,7 @@ def _type_b(found: MapCalibration) -> Entry:
 
 def _filter(calibration: Calibration, t_ns: int) -> Entry:
     model, known = calibration.chosen.model, calibration.chosen
-    q = model.process_noise(1.0)
+    q = model.process_noise_diagonal(1.0)
     r = model.noise.r_ppm2 if model.noise.r_ppm2 is not None else model.fluctuation.scale * model.sigma_ppm**2
     return {
         "assembly": model.noise.assembly,

@@ -74,7 +74,7 @@ class Rescoring:
         """At the same instant only: truth is logged right after the joints of its time."""
         if self._joints is None or self._joints.t_ns != truth.t_ns:
             return
-        arm = next(iter(self.variants.values())).odometry.known.model.arm
+        arm = next(iter(self.variants.values())).odometry.prior.model.arm
         if all(variant.odometry.belief is not None for variant in self.variants.values() if not variant.last_map):
             self._dead_m.append(float(np.linalg.norm(arm.nose(self._joints.q) - truth.nose_m)))
         for variant in self.variants.values():
@@ -98,9 +98,9 @@ class Rescoring:
         """The figures of one variant."""
         variant, search, source = self.variants[name], self._search, self.source
         believed = variant.odometry.source()
-        score = score_source(*believed, source, variant.odometry.known.model.arm) if believed and source is not None else _NO_SCORE
+        score = score_source(*believed, source, variant.odometry.prior.model.arm) if believed and source is not None else _NO_SCORE
         alone = variant.filtered
-        before = score_source(*alone, source, variant.odometry.known.model.arm) if alone and source is not None else _NO_SCORE
+        before = score_source(*alone, source, variant.odometry.prior.model.arm) if alone and source is not None else _NO_SCORE
         ended = search.ended_ns if variant.declared_ns is None else variant.declared_ns
         final = None if self.truth is None or source is None else float(np.linalg.norm(self.truth.nose_m - source))
         return Outcome(

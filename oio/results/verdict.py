@@ -49,7 +49,7 @@ def _coverage(found: Findings, limits: Limits) -> list[str]:
     ends = float(chdtri(min(found.dof, 3), 0.05))  # a bearing has one or two degrees of freedom
     text = f"the 95 % region misses the source (NEES {found.outcome.nees_source:.1f}, the region ends at {ends:.1f})"
     if found.outcome.nees_source > limits.nees_fail:
-        return [f"{text}; above {limits.nees_fail:g} the covariance is too small: raise range.stray or wander."]
+        return [f"{text}; above {limits.nees_fail:g} the covariance is too small: raise range_law.model_discrepancy or process_noise."]
     return [f"{text}: one run in twenty does."]
 
 

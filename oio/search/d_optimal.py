@@ -76,7 +76,7 @@ def sd_m(view: View) -> float:
 def keeps_off(view: View, q: Array) -> NDArray[np.bool_]:
     """Whether the nose stays near_m away from where the source is believed to be, and in its box, on the way to q (k, n) as well: (k,)."""
     here = view.moves[-1].q if view.moves else view.arm.home
-    off = view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.near_m
+    off = view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.standoff_m
     return np.asarray(off & view.arm.free(here, q))
 
 

@@ -33,7 +33,7 @@ class Infotaxis:
     places: int  # of the cloud
     zooms: int  # the cloud is drawn anew so often, each time where the last one has its mass
     strengths: int  # about the best strength of every place
-    misfit: float  # how far a real plume is from the law (ln C)
+    model_discrepancy: float  # how far a real plume is from the law (ln C)
     levels: int  # of a signal
     anywhere: int  # candidates anywhere
     around: int  # candidates about likely places
@@ -41,7 +41,7 @@ class Infotaxis:
 
     def check(self) -> None:
         """Refuse clouds of nothing, and levels that cannot tell anything."""
-        in_range(self, places=(8, 100_000), zooms=(0, 20), strengths=(1, 100), misfit=(0.0, 10.0), levels=(2, 100))
+        in_range(self, places=(8, 100_000), zooms=(0, 20), strengths=(1, 100), model_discrepancy=(0.0, 10.0), levels=(2, 100))
         in_range(self, anywhere=(1, 10_000), around=(0, 10_000))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
@@ -49,7 +49,7 @@ class Infotaxis:
         seen = sniff_history(view)
         if len(seen.ppm) == 0:
             return random_step(view, rng)
-        likelihood = Likelihood(view, seen, self.misfit, self.strengths)
+        likelihood = Likelihood(view, seen, self.model_discrepancy, self.strengths)
         cloud = posterior(likelihood, self.places, self.zooms)
         q = self._candidates(view, cloud, rng)
         cost_s = np.array([view.arm.duration_s(last_goal(view), pose) + view.dwell_s for pose in q])

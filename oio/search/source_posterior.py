@@ -46,7 +46,7 @@ class Likelihood:
 
     view: View
     seen: SniffHistory
-    misfit: float
+    model_discrepancy: float
     strengths: int
 
     def unit(self, noses_m: Array, places_m: Array, cell_m: Array) -> tuple[Array, Array]:
@@ -58,7 +58,7 @@ class Likelihood:
         field, fl = model.law.field(c, rarity, r, np.zeros_like(r), float(theta[4])), model.fluctuation
         eddies = np.maximum(self.view.dwell_s * fl.rate(field), 1.0)
         within = grad[:, :3] ** 2 @ cell_m**2 / 12.0
-        relative = np.sqrt((fl.gamma * fl.height(field)) ** 2 / eddies + self.misfit**2 + within)
+        relative = np.sqrt((fl.gamma * fl.height(field)) ** 2 / eddies + self.model_discrepancy**2 + within)
         shape = len(noses_m), len(places_m)
         return c.reshape(shape), relative.reshape(shape)
 

@@ -26,7 +26,7 @@ def is_allowed(view: View, q: Array) -> bool:
     start = last_goal(view)
     if not (view.arm.inside(q) and view.arm.free(start, q)):
         return False
-    return view.belief is None or _clearance_m(view, q) >= view.near_m
+    return view.belief is None or _clearance_m(view, q) >= view.standoff_m
 
 
 def _clearance_m(view: View, q: Array) -> float:
@@ -81,7 +81,7 @@ def _clear_of_source(view: View, place_m: Array) -> Array:
         return place_m
     away = place_m - believed_law(view)[:3]
     far = max(float(np.linalg.norm(away)), 1e-9)
-    return place_m if far >= CLEAR * view.near_m else believed_law(view)[:3] + CLEAR * view.near_m / far * away
+    return place_m if far >= CLEAR * view.standoff_m else believed_law(view)[:3] + CLEAR * view.standoff_m / far * away
 
 
 def random_step(view: View, rng: np.random.Generator) -> Array:

@@ -30,5 +30,5 @@ class View:
     hypotheses: tuple[Fit, ...]
     moves: tuple[Move, ...]
     dwell_s: float
-    near_m: float  # the nose keeps this far from where the source is believed
+    standoff_m: float  # the nose keeps this far from where the source is believed
     law: Array | None = None  # calibrated mean (LAW,) of the range law, for before the first belief; None: the nominal law

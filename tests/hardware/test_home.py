@@ -261,7 +261,7 @@ def test_the_uncertainty_of_homing_reaches_the_covariance_of_the_filter(built, t
     file = tmp_path / "homing.json"
     Homing((2048,) * 5, (1,) * 5, (0.3, 0.4, 0.5, 0.6, 2.0)).write(file)
     plain, homed = built("arm"), built("arm", f"arm.homing={file}")
-    law, nominal = built("range"), built("nominal")
+    law, nominal = built("range_law"), built("nominal")
     offsets = np.zeros(nominal.elements), np.ones(nominal.elements)
     (_, without), (_, with_it) = (nominal_prior(a, law, nominal, *offsets) for a in (plain, homed))
     n = ParameterLayout(5, nominal.elements).offset

@@ -27,13 +27,15 @@ class Lab:
 
     def __init__(self, built, dof, elements, seed=0):
         self.arm, self.elements, self.rng = built("arm", f"dof={dof}"), elements, np.random.default_rng(seed)
-        self.law = replace(built("range"), exponent_u=0.05, wind_per_m_u=0.5, lift_per_m_u=0.3, thinning_per_m_u=0.3)
+        self.law = replace(built("range_law"), exponent_u=0.05, wind_per_m_u=0.5, lift_per_m_u=0.3, thinning_per_m_u=0.3)
         self.nominal = replace(
             built("nominal"), rise_s=RISE_S, fall_s=FALL_S, elements=elements, sigma_ppm=SIGMA_PPM, gain_u=0.05, tau_u=0.05
         )
-        self.wander, self.layout = built("wander"), ParameterLayout(dof, elements)
+        self.process_noise, self.layout = built("process_noise"), ParameterLayout(dof, elements)
         self.mean, self.cov = nominal_prior(self.arm, self.law, self.nominal, np.full(elements, 0.2), np.full(elements, 0.02))
-        self.model = StateSpace(self.arm, self.law, self.wander, RISE_S, FALL_S, (1.0,) * elements, NOISE, SIGMA_PPM, Noise.nominal())
+        self.model = StateSpace(
+            self.arm, self.law, self.process_noise, RISE_S, FALL_S, (1.0,) * elements, NOISE, SIGMA_PPM, Noise.nominal()
+        )
 
     @property
     def known(self):

@@ -77,7 +77,7 @@ def test_the_budget_is_the_papers_time(built, composed):
 def test_what_was_told_of_the_source_is_nothing_to_the_beacon(tmp_path):
     """Neither the fit nor its repeats believe the strength of another source."""
     results = []
-    for words in ((), ("range.ln_strength=1.0", "range.ln_strength_u=0.05")):
+    for words in ((), ("range_law.ln_strength=1.0", "range_law.ln_strength_u=0.05")):
         built = experiment((*WORDS, "stage.map_beliefs.budget_s=0", *words), 0)
         with built.backend.open() as world:
             results.append(run_stages(built.stages, world, built.arm, MemoryLog(), tmp_path, 0)[MapCalibration])

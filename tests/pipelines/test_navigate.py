@@ -24,15 +24,15 @@ from pipelines import navigate
 
 WORDS = (
     "sensor=ndir", "air=steady", "dof=3", "stage.calibrate_bouts.moves_per_rung=1", "stage.map_beliefs.repeats=2",
-    "stage.map_beliefs.budget_s=0", "stage.navigate.explore=4", "stage.navigate.smelt=0",
-    "stage.navigate.remap=1.5", "stage.navigate.recheck=100",
+    "stage.map_beliefs.budget_s=0", "stage.navigate.mapping.explore_moves=4", "stage.navigate.mapping.min_whiffs=0",
+    "stage.navigate.mapping.remap_factor=1.5", "stage.navigate.mapping.recheck_moves=100",
 )  # fmt: skip
 
 
-def searched(out, *words, world_of=lambda world: world, strategy_of=lambda strategy: strategy):
+def searched(out, *words, world_of=lambda world: world, strategy_of=lambda search: search):
     built = experiment((*WORDS, *words), 3)
     search = built.stages["navigate"]
-    stages = {**built.stages, "navigate": replace(search, strategy=strategy_of(search.strategy))}
+    stages = {**built.stages, "navigate": replace(search, search=strategy_of(search.search))}
     with built.backend.open() as world:
         results = run_stages(stages, world_of(world), built.arm, MemoryLog(), out, 3)
     return results[Navigation], results[Evaluation]
@@ -74,7 +74,7 @@ def test_a_search_that_ends_on_a_map_makes_no_other(tmp_path, located):
 
 
 def test_a_search_that_smells_nothing_explores_longer_but_not_for_ever(tmp_path, located):
-    deaf = ("stage.navigate.smelt=3", "stage.navigate.smelt_sigmas=1e6", "stage.navigate.explore_most=5")
+    deaf = ("stage.navigate.mapping.min_whiffs=3", "stage.navigate.whiff_sigmas=1e6", "stage.navigate.mapping.explore_max_moves=5")
     searched(tmp_path, "stage.navigate.max_moves=7", *deaf)
     assert located[:2] == [5, 7]
 
@@ -168,8 +168,8 @@ class Scripted(WhiffDetector):
 class Shown:
     """A strategy, and whether every view it was shown had a belief and hypotheses."""
 
-    def __init__(self, strategy):
-        self._strategy, self.believed = strategy, []
+    def __init__(self, search):
+        self._strategy, self.believed = search, []
 
     def propose(self, view, rng):
         assert (view.belief is None) == (view.hypotheses == ())
@@ -179,21 +179,23 @@ class Shown:
 
 def told(out, monkeypatch, script, *words):
     """A search that is told what it smelt and never declares: shown a belief before every move, and after which moves maps were made."""
-    monkeypatch.setattr(navigate, "Whiff", type("Told", (Scripted,), {"script": script}))
+    monkeypatch.setattr(navigate, "WhiffDetector", type("Told", (Scripted,), {"script": script}))
     monkeypatch.setattr(StopRule, "holds", lambda *_: False)
     shown = []
 
-    def strategy_of(strategy):
-        shown.append(Shown(strategy))
+    def strategy_of(search):
+        shown.append(Shown(search))
         return shown[0]
 
-    found, _ = searched(out, "stage.navigate.remap=100", f"stage.navigate.max_moves={len(script)}", *words, strategy_of=strategy_of)
+    found, _ = searched(
+        out, "stage.navigate.mapping.remap_factor=100", f"stage.navigate.max_moves={len(script)}", *words, strategy_of=strategy_of
+    )
     return shown[0].believed, [found.move_ends_ns.index(t_ns) + 1 for t_ns in found.maps_ns], found
 
 
 def test_who_has_lost_the_plume_is_shown_no_belief_and_maps_again_when_it_smells(tmp_path, monkeypatch):
     """First map after four moves; silent are the seventh, eighth and ninth; the tenth smells; the last map is the last word."""
-    believed, maps, found = told(tmp_path, monkeypatch, "ssssss...sss", "stage.navigate.lost=2")
+    believed, maps, found = told(tmp_path, monkeypatch, "ssssss...sss", "stage.navigate.mapping.lost_moves=2")
     assert believed == [False] * 4 + [True] * 4 + [False] * 2 + [True] * 2
     assert maps == [4, 10, 12]
     assert [move.silent for move in found.made] == [letter == "." for letter in "ssssss...sss"]
@@ -201,23 +203,25 @@ def test_who_has_lost_the_plume_is_shown_no_belief_and_maps_again_when_it_smells
 
 
 def test_fewer_silent_moves_are_no_loss(tmp_path, monkeypatch):
-    believed, maps, _ = told(tmp_path, monkeypatch, "ssss...s", "stage.navigate.lost=4")
+    believed, maps, _ = told(tmp_path, monkeypatch, "ssss...s", "stage.navigate.mapping.lost_moves=4")
     assert believed == [False] * 4 + [True] * 4 and maps == [4, 8]
 
 
 def test_a_leftover_is_neither_a_smell_nor_silence(tmp_path, monkeypatch):
     """It does not end the exploring, and it does not say that the plume is lost."""
-    believed, maps, found = told(tmp_path, monkeypatch, "s----ss-", "stage.navigate.lost=2", "stage.navigate.smelt=3")
+    believed, maps, found = told(
+        tmp_path, monkeypatch, "s----ss-", "stage.navigate.mapping.lost_moves=2", "stage.navigate.mapping.min_whiffs=3"
+    )
     assert believed == [False] * 7 + [True] and maps == [7, 8]
     assert not any(move.silent for move in found.made)
 
 
 @given(silent=st.lists(st.booleans(), max_size=12), lost=st.integers(1, 5))
 def test_lost_is_so_many_silent_moves_in_a_row_at_the_end(built, silent, lost):
-    search = replace(built("stage", "stage=[navigate]")["navigate"], lost=lost)
+    policy = replace(built("stage", "stage=[navigate]")["navigate"].mapping, lost_moves=lost)
     moves = tuple(Move(np.zeros(3), 0.0, 0.0, None, one) for one in silent)
     ends = len(silent) - max((i + 1 for i, one in enumerate(silent) if not one), default=0)
-    assert search._lost(moves) == (ends >= lost)
+    assert policy.lost(moves) == (ends >= lost)
 
 
 @pytest.mark.parametrize("sensor", ["ndir", "ec", "mox_mics"])

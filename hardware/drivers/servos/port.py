@@ -19,8 +19,8 @@ class ArmPort:
     driver: str
     port: str | None  # a path, usb:VENDOR:PRODUCT[:SERIAL], or ask
     period_s: float  # joints are read and led this often
-    astray_deg: float  # a joint that is so far from where it was led,
-    astray_s: float  # for so long, holds the arm: something is in its way, or its encoder is stuck
+    tracking_error_deg: float  # a joint that is so far from where it was led,
+    tracking_error_s: float  # for so long, holds the arm: something is in its way, or its encoder is stuck
     release: bool  # let go of the joints at the end; else they hold where they are
 
     def check(self) -> None:
@@ -35,7 +35,7 @@ class ArmPort:
                 f"backend.arm.driver={self.driver} has no port. Type backend.arm.port=/dev/ttyUSB0 (python -m hardware.ports finds it), or "
                 f"backend.arm.driver=none."
             )
-        in_range(self, period_s=(0.005, 0.1), astray_deg=(1.0, 180.0), astray_s=(0.05, 60.0))
+        in_range(self, period_s=(0.005, 0.1), tracking_error_deg=(1.0, 180.0), tracking_error_s=(0.05, 60.0))
 
     def bus(self) -> Bus:
         """Of the driver."""

@@ -39,7 +39,7 @@ class ServoArm:
         self._bus, self._arm, self._all = (bus := port.bus()), arm, unlocked(arm)
         self._homing = arm.homed or Homing.nominal(len(arm.all_names), bus.middle)
         self._mailbox, self._clock, self._period_ns, self._release = mailbox, clock, nanoseconds(port.period_s), port.release
-        self._astray = TrackingErrorMonitor(arm.all_names, port.astray_deg, port.astray_s)
+        self._astray = TrackingErrorMonitor(arm.all_names, port.tracking_error_deg, port.tracking_error_s)
         self.name, self.baud = bus.name, bus.baud
         self._ids = list(range(1, len(arm.all_names) + 1))
         self._locked = np.array(arm.home_rad[arm.dof :])
