@@ -39,4 +39,5 @@ lock: venv  ## make both lock files anew from pyproject.toml
 	$(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --custom-compile-command "make lock" --extra dev pyproject.toml -o requirements-dev.lock
 
 clean:  ## remove the venv and the caches, keep outputs/
-	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf .venv .numba_cache .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache site
+	find oio hardware pipelines tests -name __pycache__ -prune -exec rm -rf {} +

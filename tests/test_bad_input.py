@@ -66,7 +66,8 @@ REFUSED = [
     (["stage=[navigate]"], ["'navigate' needs Calibration", "['navigate']"]),
     (
         ["stage=[baseline,warm_up]"],
-        "stage 'baseline' needs WarmUpResult, but no stage before it gives one: the order is ['baseline', 'warm_up']. Put 'warm_up' earlier.",
+        "stage 'baseline' needs WarmUpResult, but no stage before it gives one: the order is ['baseline', 'warm_up']. "
+        "Put 'warm_up' earlier.",
     ),
     (["foo=1"], ["'foo'", "--cfg job", "+foo="]),
     (["sensor.foo=1"], ["'sensor.foo'", "--cfg job"]),

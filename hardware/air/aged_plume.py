@@ -7,9 +7,9 @@ stationary Ornstein-Uhlenbeck processes, whose velocity and way are jointly Gaus
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 
 
@@ -64,7 +64,7 @@ def aged_plume(
     return source_m + age_s[:, None] * wind_m_s + sway + ways, velocities
 
 
-@numba.njit(cache=True)
+@compiled
 def _sway(normals: Array, now_m_s: Array, keep: float, kick_m_s: float, half_s: float) -> Array:
     """How far (n, 3) m the shared velocity has carried what was let out 0, 1, 2 ... steps ago; backwards in time it has the same law."""
     way = np.zeros_like(normals)

@@ -8,10 +8,10 @@ processor's sum is the same.
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled_like_numpy
 from oio.core.records import Array
 
 Table = NDArray[np.float32]
@@ -29,7 +29,7 @@ def table(capacity: int) -> Table:
     return np.zeros((ROWS, capacity), dtype=np.float32)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled_like_numpy
 def carry(
     puffs: Table, count: int, bits: NDArray[np.uint64], carried_m: Array, keep: float, kick_m_s: float, half_s: float, dt_s: float
 ) -> None:
@@ -53,7 +53,7 @@ def carry(
         age[i] += dt
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled_like_numpy
 def forget(puffs: Table, count: int, oldest_s: float, farthest_m: float) -> int:
     """How many are left, when the last takes the place of each that is too old or too far from the base."""
     x, y, z, age = puffs[0], puffs[1], puffs[2], puffs[AGE]
@@ -69,7 +69,7 @@ def forget(puffs: Table, count: int, oldest_s: float, farthest_m: float) -> int:
     return count
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled_like_numpy
 def grow(puffs: Table, count: int, fresh_m2: float, growth_m2_s: float) -> None:
     """sigma^2 = fresh + growth * age into sharpness and peak."""
     age, sharp, peak = puffs[AGE], puffs[SHARP], puffs[PEAK]
@@ -81,7 +81,7 @@ def grow(puffs: Table, count: int, fresh_m2: float, growth_m2_s: float) -> None:
         peak[i] = unit * inverse * np.sqrt(inverse)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled_like_numpy
 def density(puffs: Table, count: int, p_m: Array) -> float:
     """Sum of peak exp(-sharpness d^2) at p_m (3,) [1/m^3]; exp(-e) is 1 / (Taylor series of exp(e / 32))^32, wrong by 1e-5 at most."""
     px, py, pz = np.float32(p_m[0]), np.float32(p_m[1]), np.float32(p_m[2])

@@ -1,8 +1,8 @@
 """One scalar update in Joseph form, P = (I - K H) P (I - K H)' + K R K' (Bucy & Joseph 1968): positive definite whatever the gain."""
 
-import numba
 import numpy as np
 
+from oio.core.compiled import compiled
 from oio.core.records import Array, Belief, GasReading, Innovation
 from oio.gas.censored import pseudo_measurement
 from oio.inference.state_space import StateSpace
@@ -43,7 +43,7 @@ def scalar_measurement(model: StateSpace, mean: Array, cov: Array, reading: GasR
     return row, residual, r
 
 
-@numba.njit(cache=True)
+@compiled
 def joseph(mean: Array, cov: Array, row: Array, residual: float, r: float) -> tuple[Array, Array]:
     """Mean (N,) and cov (N, N), symmetric to the bit, after a row of H (N,) and its residual."""
     to = cov @ row

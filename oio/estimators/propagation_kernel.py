@@ -4,10 +4,10 @@ F = I but for the rows of o and v (dt, dt^2 / 2 beside them), f (`row`) and m (`
 `Model.transition` is the readable reference; a test holds both to the same numbers.
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import lagged_ou_steps
 from oio.gas.range_law import LAW, concentration
@@ -16,7 +16,7 @@ from oio.kinematics.forward import nose_and_jacobian
 Chain = tuple[Array, Array, NDArray[np.int64], Array, Array]
 
 
-@numba.njit(cache=True)
+@compiled
 def propagate(x: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: Array) -> tuple[Array, Array, Array]:
     """f(x) (k, N), F's rows of f (k, N), and the six numbers of `lagged_ou_steps` (k, 6) for states x (k, N), encoders at q (n,)
     moving with dq.
@@ -35,7 +35,7 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: A
     return new, _propagate_gas(new, c, grad, jac, steps, dt), steps
 
 
-@numba.njit(cache=True)
+@compiled
 def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers: Array) -> tuple[Array, Array, Array]:
     """Concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the steps (k, 6) of lag and fluctuation."""
     r_ref, radius, rise, fall, gamma, t_ref, nose_u, w, still = numbers
@@ -59,7 +59,7 @@ def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers
     return c, grad, lagged_ou_steps(np.full(k, dt), tau, t, swing, gamma * gamma)
 
 
-@numba.njit(cache=True)
+@compiled
 def _propagate_gas(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt: float) -> Array:
     """Lets f and m of x (k, N) follow, in place; F's rows of f (k, N)."""
     k, n = x.shape[0], jac.shape[2]
@@ -76,7 +76,7 @@ def _propagate_gas(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt
     return rows
 
 
-@numba.njit(cache=True)
+@compiled
 def apply_transition(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
     """F a (N, p)."""
     out, half = a.copy(), 0.5 * dt * dt
@@ -94,7 +94,7 @@ def apply_transition(a: Array, row: Array, keep: float, dt: float, n: int) -> Ar
     return out
 
 
-@numba.njit(cache=True)
+@compiled
 def apply_transition_transposed(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
     """F' a (N,)."""
     out = a.copy()
@@ -107,7 +107,7 @@ def apply_transition_transposed(a: Array, row: Array, keep: float, dt: float, n:
     return out
 
 
-@numba.njit(cache=True)
+@compiled
 def propagate_covariance(cov: Array, row: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
     """F P F' + Q (N, N), symmetric to the bit."""
     half = apply_transition(cov, row, step[2], dt, n)
@@ -115,7 +115,7 @@ def propagate_covariance(cov: Array, row: Array, step: Array, dt: float, n: int,
     return add_process_noise(out, step, dt, n, walk, drift)
 
 
-@numba.njit(cache=True)
+@compiled
 def add_process_noise(cov: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
     """P + Q (N, N), symmetric to the bit; walk (2, N) is the variance per step and per second, drift that of the encoders' acceleration."""
     size = cov.shape[0]
@@ -139,7 +139,7 @@ def add_process_noise(cov: Array, step: Array, dt: float, n: int, walk: Array, d
     return out
 
 
-@numba.njit(cache=True)
+@compiled
 def predict(
     mean: Array, cov: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: Array, walk: Array, drift: float
 ) -> tuple[Array, Array]:

@@ -13,10 +13,10 @@ them (innovations form of the likelihood, Schweppe 1965).
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 
 
@@ -98,7 +98,7 @@ class Whitening:
         return Whitened(*whitening_filter(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
 
 
-@numba.njit(cache=True)
+@compiled
 def lagged_ou_steps(dt: Array, tau: Array, t: Array, swing: Array, variance: float) -> Array:
     """Exact discretisation of  tau f' = swing m - f,  t m' = -m + noise (stationary variance of m given), per step (k, 6):
     phi = F00, F01, keep = F11, Q00 [ppm^2], Q01 [ppm], Q11.
@@ -111,7 +111,7 @@ def lagged_ou_steps(dt: Array, tau: Array, t: Array, swing: Array, variance: flo
     return out
 
 
-@numba.njit(cache=True)
+@compiled
 def lagged_ou_step(phi: float, keep: float, dt: float, tau: float, t: float, swing: float, variance: float, out: Array) -> None:
     """One step (6,) of `lagged_ou_steps`, its decays exp(-dt / tau) and exp(-dt / t) given."""
     slower = t - tau
@@ -125,7 +125,7 @@ def lagged_ou_step(phi: float, keep: float, dt: float, tau: float, t: float, swi
     out[5] = p11 * (1.0 - keep * keep)
 
 
-@numba.njit(cache=True)
+@compiled
 def _lagged_ou_path(
     mean: Array, rarity: Array, r: Array, speed: Array, dt: Array, tau: Array, numbers: tuple[float, float, float, float, float]
 ) -> Array:
@@ -138,14 +138,14 @@ def _lagged_ou_path(
     return out
 
 
-@numba.njit(cache=True)
+@compiled
 def fluctuation_ppm(mean: float, rarity: float, r: float, slope: float, w: float, r_ref: float, gamma: float) -> float:
     """c h [ppm], see `Fluctuation.height`."""
     near, far = slope / r, w * np.log(r / r_ref)
     return float(mean * np.sqrt(rarity + (near * near + far * far) / (gamma * gamma)))
 
 
-@numba.njit(cache=True)
+@compiled
 def whitening_filter(rows: Array, at: NDArray[np.int64], steps: Array, variance: float, gain: Array, white: Array) -> tuple[Array, Array]:
     """Rows (m, p) made independent, and the variances expected (m,); `variance` is the fluctuation's, `white` (m,) the readings'."""
     m, p = rows.shape

@@ -10,9 +10,9 @@ removes the pole.
 
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 
+from oio.core.compiled import compiled
 from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
@@ -122,7 +122,7 @@ class Rssi:
         return self.d0_m * 10.0 ** ((self.rssi0_db - rssi_db) / (10.0 * self.exponent))
 
 
-@numba.njit(cache=True)
+@compiled
 def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[Array, Array, Array, Array]:
     """Mean concentration c (k,) ppm at p (k, 3) m, the derivative of ln c (k, LAW) with respect to theta = (s (3), l, n, k (3), u),
     the distance r (k,) m and the rarity exp(|k| r - k.d) (k,), at most 1000.
@@ -138,7 +138,7 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
     return c, grad, distance, rarity
 
 
-@numba.njit(cache=True)
+@compiled
 def concentration_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float, grad: Array) -> tuple[float, float, float]:
     """c, r and rarity at one place d from the source, as `concentration` has them; the derivative of ln c goes to grad (LAW and more,)."""
     wx, wy, wz = theta[5], theta[6], theta[7]
@@ -152,7 +152,7 @@ def concentration_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float
     return np.exp(min(ln_c, MAX_LN_C)), r, np.exp(min(max(off_axis, 0.0), _MAX_LN_RARITY))
 
 
-@numba.njit(cache=True)
+@compiled
 def log_concentration(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float) -> tuple[float, float, float, float]:
     """ln c, r^2, ln(r / r_ref) and |k| r - k.d at one place d from the source."""
     wx, wy, wz = theta[5], theta[6], theta[7]

@@ -2,14 +2,12 @@
 
 The lag is first order, the concentration c linear in each step (first-order hold): f_i = phi f_{i-1} + w0 c_{i-1} + w1 c_i,
 phi = exp(-dt_i / tau), w1 = 1 - (1 - phi) tau / dt, w0 = 1 - phi - w1; tau is `rise` or `fall` by the sign of c_i - f_{i-1}.
-
-numba's cache does not notice a change in `oio.kinematics.adjoint` or `oio.gas.range_law`: after one, delete __pycache__/*.nb? here.
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.range_law import LAW, concentration_at
 from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
@@ -17,7 +15,7 @@ from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions,
 Path = tuple[Array, Array, NDArray[np.int64], NDArray[np.int64]]  # t (k,) s, q (k, n) rad, of the readings: place on it and element (m,)
 
 
-@numba.njit(cache=True)
+@compiled
 def predict_readings(
     theta: Array, path: Path, first_ppm: float, links: AdjointChain, law: tuple[float, float], lag: tuple[float, float], want_rows: bool
 ) -> tuple[Array, Array, Array, Array, float]:
@@ -63,7 +61,7 @@ def predict_readings(
     return h, rows, gain, along, f
 
 
-@numba.njit(cache=True)
+@compiled
 def _store_derivatives(row: Array, df: Array, gain: float, h: float, by_tau: float, element: int, elements: int) -> None:
     """A reading's derivatives (P,): by the law and the joints as `df` (width,) says, by the lag, by its element's gain and offset."""
     width = len(df)
@@ -74,7 +72,7 @@ def _store_derivatives(row: Array, df: Array, gain: float, h: float, by_tau: flo
     row[width + elements + 1 + element] += 1.0
 
 
-@numba.njit(cache=True)
+@compiled
 def _field_along_path(
     theta: Array, t: Array, q: Array, links: AdjointChain, law: tuple[float, float], along: Array, grad: Array, want_rows: bool
 ) -> None:
@@ -108,7 +106,7 @@ def _field_along_path(
                     grad[begin + b, LAW + j] = by_q[j, b]
 
 
-@numba.njit(cache=True)
+@compiled
 def lag_step(dt: float, tau: float) -> tuple[float, float, float]:
     """phi, (1 - phi) tau / dt = w0 + phi = 1 - w1, and d phi / d ln(tau) of one step."""
     x = max(dt, 1e-9) / tau
@@ -116,7 +114,7 @@ def lag_step(dt: float, tau: float) -> tuple[float, float, float]:
     return phi, (1.0 - phi) / x if x > 1e-6 else 1.0 - 0.5 * x, phi * x
 
 
-@numba.njit(cache=True)
+@compiled
 def _lag_derivatives(
     df: Array, before: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool
 ) -> None:

@@ -1,18 +1,15 @@
-"""Many places of the source ranked at once: what each would have smelt like along one path of the nose, its strength fitted.
+"""Many places of the source ranked at once: what each would have smelt like along one path of the nose, its strength fitted."""
 
-numba's cache does not notice a change in `oio.inference.forward_kernel` or `oio.gas.range_law`: after one, delete __pycache__/*.nb? here.
-"""
-
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.range_law import MAX_LN_C, log_concentration
 from oio.inference.forward_kernel import lag_step
 
 
-@numba.njit(cache=True)
+@compiled
 def grid_costs(
     thetas: Array, nose: Array, dt: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float],
     lag: tuple[float, float], left: Array, z: Array, weight: Array,
@@ -42,7 +39,7 @@ def grid_costs(
     return costs, more
 
 
-@numba.njit(cache=True)
+@compiled
 def _expected_readings(
     theta: Array, nose: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float], steps: Array, h: Array
 ) -> None:

@@ -3,14 +3,12 @@
 The same numbers as `oio.gas.fluctuation.whiten` gives one by one, to the bit, but what they share is made once: the decay of the lag
 of every
 step, of the gas for every correlation time, and how high each shape of fluctuation is.
-
-numba's cache does not notice a change in `oio.gas.fluctuation`: after one, delete __pycache__/*.nb? here.
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import Fluctuation, PathField, Whitened, fluctuation_ppm, lagged_ou_step, whitening_filter
 
@@ -39,7 +37,7 @@ def minus_2_log_likelihoods(
     return np.array([Whitened(*pair).minus_2_log_likelihood for pair in pairs]).reshape(len(shapes), len(times_s))
 
 
-@numba.njit(cache=True)
+@compiled
 def _whiten_all(
     column: Array, at: NDArray[np.int64], path: tuple[Array, Array, Array, Array, Array, Array],
     tried: tuple[Array, Array, Array, float], gain: Array, white: Array,

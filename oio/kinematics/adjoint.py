@@ -6,10 +6,10 @@ adjoint). BLOCK points are taken at once and every row of a block is as long, so
 `oio.kinematics.forward` says the same, pose by pose; a test holds both to the same numbers.
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.kinematics.forward import SLIDE
 
@@ -30,7 +30,7 @@ def adjoint_chain(poses: Array, axes: Array, kinds: NDArray[np.int64], locked: A
     return turns[:n].copy(), others[:n].copy(), nose[:, 0].copy()
 
 
-@numba.njit(cache=True)
+@compiled
 def forward_positions(q: Array, links: AdjointChain, joints: Array, p: Array) -> None:
     """The nose p (3, BLOCK) in the base frame for joints q (n, BLOCK); what `gradient_by_joints` wants goes to `joints` (n, ROWS,
     BLOCK)."""
@@ -51,7 +51,7 @@ def forward_positions(q: Array, links: AdjointChain, joints: Array, p: Array) ->
         _transform(p, t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8], w[3], w[4], w[5])
 
 
-@numba.njit(cache=True)
+@compiled
 def gradient_by_joints(gradient: Array, links: AdjointChain, joints: Array, by_q: Array) -> None:
     """by_q (n, BLOCK) = g' dp/dq of gradients g (3, BLOCK) in the base frame, which end in the frame of the nose."""
     turns, axes, _ = links
@@ -61,7 +61,7 @@ def gradient_by_joints(gradient: Array, links: AdjointChain, joints: Array, by_q
         _rotate_back(gradient, at, w[0], w[1], w[2], by_q[j])
 
 
-@numba.njit(cache=True)
+@compiled
 def _rotate(p: Array, at: Array, wx: float, wy: float, wz: float) -> None:
     """p = R p, and dp / dq to the last rows of `at`."""
     for k in range(BLOCK):
@@ -74,7 +74,7 @@ def _rotate(p: Array, at: Array, wx: float, wy: float, wz: float) -> None:
         p[0, k], p[1, k], p[2, k] = ax + c * x + s * cx, ay + c * y + s * cy, az + c * z + s * cz
 
 
-@numba.njit(cache=True)
+@compiled
 def _rotate_back(p: Array, at: Array, wx: float, wy: float, wz: float, by_q: Array) -> None:
     """by_q = p' dp/dq, p = R' p."""
     for k in range(BLOCK):
@@ -87,7 +87,7 @@ def _rotate_back(p: Array, at: Array, wx: float, wy: float, wz: float, by_q: Arr
         p[2, k] = az + c * (z - az) - s * (wx * y - wy * x)
 
 
-@numba.njit(cache=True)
+@compiled
 def _transform(
     p: Array, a: float, b: float, c: float, d: float, e: float, f: float, g: float, h: float, i: float, x0: float, y0: float, z0: float
 ) -> None:
@@ -97,7 +97,7 @@ def _transform(
         p[0, k], p[1, k], p[2, k] = x0 + a * x + b * y + c * z, y0 + d * x + e * y + f * z, z0 + g * x + h * y + i * z
 
 
-@numba.njit(cache=True)
+@compiled
 def _sin_cos(x: Array, out: Array) -> None:
     """sin and cos, the first rows of out (2, BLOCK), of x (BLOCK,) to some 1e-15: a whole turn is taken off, then Taylor's series of a
     quarter of the angle, doubled twice. The library's own take one number at a time, and longer than all the rest."""

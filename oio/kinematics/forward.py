@@ -1,15 +1,15 @@
 """Forward kinematics of a serial chain with its Jacobian, compiled: one pose costs about a microsecond."""
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 
 SLIDE, HINGE = 0, 1
 
 
-@numba.njit(cache=True)
+@compiled
 def nose_and_jacobian(
     q: Array, poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array, want_jacobian: bool = True
 ) -> tuple[Array, Array]:
@@ -56,20 +56,20 @@ def nose_and_jacobian(
     return p_all, j_all
 
 
-@numba.njit(cache=True)
+@compiled
 def _advance(rotation: Array, position: Array, step: Array) -> None:  # position += rotation @ step
     for a in range(3):
         position[a] += rotation[a, 0] * step[0] + rotation[a, 1] * step[1] + rotation[a, 2] * step[2]
 
 
-@numba.njit(cache=True)
+@compiled
 def _multiply(a: Array, b: Array, out: Array) -> None:  # out = a @ b, (3, 3)
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@numba.njit(cache=True)
+@compiled
 def _rodrigues(axis: Array, angle: float, out: Array) -> None:  # R = cos I + sin [w] + (1 - cos) w w'
     s, c = np.sin(angle), np.cos(angle)
     x, y, z = axis[0], axis[1], axis[2]

@@ -1,9 +1,9 @@
 """Inverse kinematics by damped least squares (Wampler 1986, IEEE SMC 16:93), compiled."""
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.kinematics.forward import nose_and_jacobian
 
@@ -12,7 +12,7 @@ DAMPING_M2 = 1e-4
 MAX_STEP = 0.3  # rad (m) that a joint may go in one step
 
 
-@numba.njit(cache=True)
+@compiled
 def solve_positions(
     goals: Array, begin: Array, low: Array, high: Array, tolerance: float,
     poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array,

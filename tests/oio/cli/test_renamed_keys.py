@@ -33,7 +33,7 @@ def test_the_new_key_is_there_and_the_old_one_is_not(composed, old, new):
 def test_an_old_key_is_refused_with_the_new_name(composed, old, new):
     assert renamed(old) == new and modernised(f"{old}=3") == f"{new}=3"
     GlobalHydra.instance().clear()
-    with pytest.raises(Exception, match="not in struct|Could not override") as refused:
+    with pytest.raises(Exception, match=r"not in struct|Could not override") as refused:
         composed(f"{old}=3")
     error = known_error(refused.value, CONF)
     assert isinstance(error, BadInput) and str(error) == f"'{old}' is now called '{new}'. Type {new}=VALUE."
