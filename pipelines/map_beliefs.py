@@ -131,14 +131,14 @@ class MapBeliefs:
         own = sniffs.between(*span)
         place = np.array(self.beacon.position)
         # five measurements may leave a mirror point: that a map names both is no error of its covariance
-        refined = min(self.belief_map.locate(own, known), key=lambda fit: nees(fit.mean[:3] - place, fit.cov[:3, :3]))
+        refined = min(self.belief_map.locate(own, known), key=lambda fit: nees(fit.source - place, fit.source_cov))
         centres, radii = range_spheres(own, law, self.arm, self.range_law, len(self.distances_m))
         try:
             point = vertex(centres, radii)
         except NotObservable:
             point = None
-        miss, cov = refined.mean[:3] - place, refined.cov[:3, :3]
-        return Repeat(centres, radii, point, refined.mean[:3], cov, float(np.linalg.norm(miss)), nees(miss, cov))
+        miss, cov = refined.source - place, refined.source_cov
+        return Repeat(centres, radii, point, refined.source, cov, float(np.linalg.norm(miss)), nees(miss, cov))
 
     def _draw(self, context: Context, repeat: Repeat) -> None:
         text = f"vertex {1e3 * repeat.miss_m:.0f} mm off"

@@ -122,7 +122,7 @@ class Navigate:
         if source is None:
             context.log.progress(context.world.t_ns, f"exploring, move {moves} of {self.mapping.explore_moves} or more", "no belief yet")
             return
-        hypotheses = [(fit.mean[:3], fit.cov[:3, :3]) for fit in odometry.hypotheses[1:]]
+        hypotheses = [(fit.source, fit.source_cov) for fit in odometry.hypotheses[1:]]
         text = f"source +- {1e3 * np.sqrt(np.trace(source[1])):.0f} mm"
         nothing = np.zeros((0, 3)), np.zeros(0)
         context.log.spheres(context.world.t_ns, *nothing, [source, *hypotheses], text)

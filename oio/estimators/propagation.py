@@ -13,14 +13,14 @@ def predict(model: StateSpace, belief: Belief, joints: JointState) -> Belief:
     """The extended Kalman filter's prediction at the time of `joints`: x = f(x), P = F P F' + Q."""
     _check_size(model, belief.mean, joints)
     dt_s = seconds(joints.t_ns - belief.t_ns)
-    mean, cov = propagation_kernel.predict(belief.mean, belief.cov, dt_s, joints.q, joints.dq, model.arm.links, *model.constants)
+    mean, cov = propagation_kernel.predict(belief.mean, belief.cov, dt_s, joints.q, joints.dq, model.arm.chain, *model.constants)
     return Belief(joints.t_ns, mean, cov)
 
 
 def propagate_mean(model: StateSpace, x: Array, dt_s: float, joints: JointState) -> Array:
     """f(x) (k, N) of many states x (k, N)."""
     _check_size(model, x[0], joints)
-    new, _, _ = propagation_kernel.propagate(x, dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
+    new, _, _ = propagation_kernel.propagate(x, dt_s, joints.q, joints.dq, model.arm.chain, model.constants.gas)
     return np.asarray(new)
 
 
@@ -39,7 +39,7 @@ class LinearizedStep:
     def of(model: StateSpace, at: Array, dt_s: float, joints: JointState) -> "LinearizedStep":
         """The step of dt_s that ends with the encoders at `joints`."""
         _check_size(model, at, joints)
-        mean, row, lag = propagation_kernel.propagate(at[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
+        mean, row, lag = propagation_kernel.propagate(at[None, :], dt_s, joints.q, joints.dq, model.arm.chain, model.constants.gas)
         return LinearizedStep(model, at, mean[0], row[0], lag[0], dt_s)
 
     def forward(self, mean: Array, cov: Array) -> tuple[Array, Array]:
@@ -55,7 +55,7 @@ class LinearizedStep:
 
 def add_process_noise(model: StateSpace, x: Array, cov: Array, dt_s: float, joints: JointState) -> Array:
     """P + Q (N, N), Q that of a step from x (N,)."""
-    _, _, lag = propagation_kernel.propagate(x[None, :], dt_s, joints.q, joints.dq, model.arm.links, model.constants[0])
+    _, _, lag = propagation_kernel.propagate(x[None, :], dt_s, joints.q, joints.dq, model.arm.chain, model.constants.gas)
     return np.asarray(propagation_kernel.add_process_noise(cov, lag[0], dt_s, model.arm.dof, *model.constants[1:]))
 
 

@@ -5,19 +5,17 @@ F = I but for the rows of o and v (dt, dt^2 / 2 beside them), f (`row`) and m (`
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import lagged_ou_steps
-from oio.gas.range_law import LAW, concentration
-from oio.kinematics.forward import nose_and_jacobian
-
-Chain = tuple[Array, Array, NDArray[np.int64], Array, Array]
+from oio.gas.range_law import EXPONENT, LAW, concentration
+from oio.inference.state_space import GasConstants
+from oio.kinematics.forward import SerialChain, nose_and_jacobian
 
 
 @compiled
-def propagate(x: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: Array) -> tuple[Array, Array, Array]:
+def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas: GasConstants) -> tuple[Array, Array, Array]:
     """f(x) (k, N), F's rows of f (k, N), and the six numbers of `lagged_ou_steps` (k, 6) for states x (k, N), encoders at q (n,)
     moving with dq.
 
@@ -29,16 +27,15 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: A
         for j in range(n):
             new[i, j] += dt * x[i, n + j] + half * x[i, 2 * n + j]
             new[i, n + j] += dt * x[i, 2 * n + j]
-    poses, axes, kinds, locked, offset = links
-    p, jac = nose_and_jacobian(q - 0.5 * dt * dq - new[:, :n], poses, axes, kinds, locked, offset, True)
-    c, grad, steps = _field_at_nose(new, p, jac, dt, dq, numbers)
+    p, jac = nose_and_jacobian(q - 0.5 * dt * dq - new[:, :n], chain, True)
+    c, grad, steps = _field_at_nose(new, p, jac, dt, dq, gas)
     return new, _propagate_gas(new, c, grad, jac, steps, dt), steps
 
 
 @compiled
-def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers: Array) -> tuple[Array, Array, Array]:
+def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: GasConstants) -> tuple[Array, Array, Array]:
     """Concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the steps (k, 6) of lag and fluctuation."""
-    r_ref, radius, rise, fall, gamma, t_ref, nose_u, w, still = numbers
+    r_ref, radius, rise, fall, gamma, t_ref, nose_u, w, still = gas
     k, n = x.shape[0], len(dq)
     c, grad = np.empty(k), np.empty((k, LAW))
     tau, t, swing = np.empty(k), np.empty(k), np.empty(k)
@@ -52,7 +49,7 @@ def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, numbers
             for j in range(n):
                 along += jac[i, a, j] * dq[j] if abs(dq[j]) > still else 0.0
             speed2 += along * along
-        near, far = theta[4] * nose_u / r, w * np.log(r / r_ref)
+        near, far = theta[EXPONENT] * nose_u / r, w * np.log(r / r_ref)
         swing[i] = c[i] * np.sqrt(rarity_i[0] + (near * near + far * far) / (gamma * gamma))
         tau[i] = rise if c[i] + swing[i] * x[i, -1] > x[i, -2] else fall
         t[i] = r / (r_ref / t_ref + np.sqrt(speed2))
@@ -141,8 +138,8 @@ def add_process_noise(cov: Array, step: Array, dt: float, n: int, walk: Array, d
 
 @compiled
 def predict(
-    mean: Array, cov: Array, dt: float, q: Array, dq: Array, links: Chain, numbers: Array, walk: Array, drift: float
+    mean: Array, cov: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas: GasConstants, walk: Array, drift: float
 ) -> tuple[Array, Array]:
     """x = f(x) (N,), P = F P F' + Q (N, N)."""
-    new, rows, steps = propagate(mean.copy().reshape(1, -1), dt, q, dq, links, numbers)
+    new, rows, steps = propagate(mean.copy().reshape(1, -1), dt, q, dq, chain, gas)
     return new[0], propagate_covariance(cov, rows[0], steps[0], dt, len(q), walk, drift)

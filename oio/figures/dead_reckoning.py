@@ -10,7 +10,7 @@ import yaml
 
 from oio.core.errors import BadInput
 from oio.core.records import Array, JointState
-from oio.kinematics.forward import nose_and_jacobian
+from oio.kinematics.forward import SerialChain, nose_and_jacobian
 from oio.kinematics.model_loading import KinematicChain, load_chain
 from oio.log import read_attachment
 
@@ -31,7 +31,7 @@ class Encoders:
         """(t_ns, nose (3,) m) of every joint state."""
         c = self.chain
         for state in joints:
-            yield state.t_ns, nose_and_jacobian(state.q[None, :], c.poses, c.axes, c.kinds, self.locked, c.nose_offset)[0][0]
+            yield state.t_ns, nose_and_jacobian(state.q[None, :], SerialChain(c.poses, c.axes, c.kinds, self.locked, c.nose_offset))[0][0]
 
 
 def encoders(path: Path, identity: dict[str, str]) -> Encoders | None:

@@ -19,7 +19,9 @@ from oio.core.settings import in_range, settings
 from oio.gas.fluctuation import MeanField
 
 FORMS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
-LAW = 9  # parameters of the law: s (3), l, n, k (3), u
+LAW = 9  # parameters of the law, theta = (s (3) m, l, n, k (3) 1/m, u 1/m), and where they lie:
+SOURCE, LN_STRENGTH, EXPONENT, WIND, THINNING = slice(0, 3), 3, 4, slice(5, 8), 8
+SX, SY, SZ, KX, KY, KZ = 0, 1, 2, 5, 6, 7
 MAX_NOSE_JITTER_M, MAX_DISCREPANCY = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
 UNKNOWN_STRENGTH_U = 2.0  # of l about the largest reading seen (a factor of seven), where ln_strength_u is about a strength that was told
 MIN_LN_PPM, MAX_LN_PPM = -20.0, 14.0  # of a strength that can be told; ln(1e6 ppm) is 13.8
@@ -133,7 +135,7 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
     c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
     for i in range(k):
         c[i], distance[i], rarity[i] = concentration_at(
-            p[i, 0] - theta[0], p[i, 1] - theta[1], p[i, 2] - theta[2], theta, r_ref, radius, grad[i]
+            p[i, 0] - theta[SX], p[i, 1] - theta[SY], p[i, 2] - theta[SZ], theta, r_ref, radius, grad[i]
         )
     return c, grad, distance, rarity
 
@@ -141,25 +143,25 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
 @compiled
 def concentration_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float, grad: Array) -> tuple[float, float, float]:
     """c, r and rarity at one place d from the source, as `concentration` has them; the derivative of ln c goes to grad (LAW and more,)."""
-    wx, wy, wz = theta[5], theta[6], theta[7]
+    wx, wy, wz = theta[KX], theta[KY], theta[KZ]
     speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
     ln_c, r2, ln_r, off_axis = log_concentration(dx, dy, dz, theta, r_ref, radius)
     r = np.sqrt(r2)
-    radial = theta[4] / r2 + (speed - _SMOOTH_PER_M + theta[8]) / r
-    grad[0], grad[1], grad[2] = dx * radial - wx, dy * radial - wy, dz * radial - wz
-    grad[3], grad[4], grad[8] = 1.0, -ln_r, -r
-    grad[5], grad[6], grad[7] = dx - r * wx / speed, dy - r * wy / speed, dz - r * wz / speed
+    radial = theta[EXPONENT] / r2 + (speed - _SMOOTH_PER_M + theta[THINNING]) / r
+    grad[SX], grad[SY], grad[SZ] = dx * radial - wx, dy * radial - wy, dz * radial - wz
+    grad[LN_STRENGTH], grad[EXPONENT], grad[THINNING] = 1.0, -ln_r, -r
+    grad[KX], grad[KY], grad[KZ] = dx - r * wx / speed, dy - r * wy / speed, dz - r * wz / speed
     return np.exp(min(ln_c, MAX_LN_C)), r, np.exp(min(max(off_axis, 0.0), _MAX_LN_RARITY))
 
 
 @compiled
 def log_concentration(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float) -> tuple[float, float, float, float]:
     """ln c, r^2, ln(r / r_ref) and |k| r - k.d at one place d from the source."""
-    wx, wy, wz = theta[5], theta[6], theta[7]
+    wx, wy, wz = theta[KX], theta[KY], theta[KZ]
     speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
     r2 = dx * dx + dy * dy + dz * dz + radius * radius
     r = np.sqrt(r2)
     ln_r = np.log(r / r_ref)
     along = wx * dx + wy * dy + wz * dz
     off_axis = (speed - _SMOOTH_PER_M) * r - along
-    return theta[3] - theta[4] * ln_r - off_axis - theta[8] * r, r2, ln_r, off_axis
+    return theta[LN_STRENGTH] - theta[EXPONENT] * ln_r - off_axis - theta[THINNING] * r, r2, ln_r, off_axis

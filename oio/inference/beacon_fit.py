@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from oio.core.records import Array
 from oio.gas.fluctuation import Fluctuation, PathField
-from oio.gas.range_law import RangeLaw
+from oio.gas.range_law import KX, KY, LN_STRENGTH, SOURCE, RangeLaw
 from oio.gas.trace import Sniffs
 from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.likelihoods import fit_fluctuation, minus_2_log_likelihoods
@@ -26,12 +26,12 @@ def beacon_problem(
 ) -> Problem:
     """The fit with the source at place (3,) m, known to a standard uncertainty [m] per axis, and offsets (E,) ppm with theirs."""
     mean, cov = nominal_prior(arm, law, nominal, *offsets)
-    mean[:3] = place[0]
-    cov[range(3), range(3)] = place[1] ** 2
+    mean[SOURCE] = place[0]
+    cov[SOURCE, SOURCE][np.diag_indices(3)] = place[1] ** 2
     signal = sniffs.ppm - offsets[0][sniffs.element]
     mean[ParameterLayout(arm.dof, nominal.elements).gain] = _start_gains(signal, sniffs.element, nominal)
     first = sniffs.element == 0
-    mean[3] = np.log(max(float(np.max(signal[first] if np.any(first) else signal)), nominal.sigma_ppm))
+    mean[LN_STRENGTH] = np.log(max(float(np.max(signal[first] if np.any(first) else signal)), nominal.sigma_ppm))
     return Problem(sniffs, arm, law, nominal.elements, nominal.rise_s, nominal.fall_s, mean, cov)
 
 
@@ -91,10 +91,10 @@ def _fit_discrepancy(problem: Problem, noise: Fluctuation, residual: Array, alon
 
 def _wind_starts(problem: Problem) -> list[Array]:
     starts = [problem.mean]
-    if problem.cov[5, 5] < problem.law.wind_per_m_u**2:  # the wind is held
+    if problem.cov[KX, KX] < problem.law.wind_per_m_u**2:  # the wind is held
         return starts
     for angle in 2 * np.pi * np.arange(WINDS) / WINDS:
         start = np.array(problem.mean)
-        start[5:7] = 1.3 * problem.law.wind_per_m_u * np.array([np.cos(angle), np.sin(angle)])
+        start[[KX, KY]] = 1.3 * problem.law.wind_per_m_u * np.array([np.cos(angle), np.sin(angle)])
         starts.append(start)
     return starts

@@ -5,7 +5,7 @@ import numpy as np
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.gas.fluctuation import Fluctuation, whiten
-from oio.gas.range_law import RangeLaw, Rssi
+from oio.gas.range_law import LN_STRENGTH, SOURCE, RangeLaw, Rssi
 from oio.gas.trace import Sniffs, Trace
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
@@ -52,7 +52,7 @@ class BeliefMap:
         fits = sorted([*found, solve(problem, _clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
         kept: list[Fit] = []
         for fit in fits:
-            distinct = all(np.linalg.norm(fit.mean[:3] - other.mean[:3]) > self.min_separation_m / 2 for other in kept)
+            distinct = all(np.linalg.norm(fit.source - other.source) > self.min_separation_m / 2 for other in kept)
             if distinct and fit.chi2 <= fits[0].chi2 + self.keep_chi2:
                 kept.append(fit)
         return tuple(kept)
@@ -72,7 +72,7 @@ class BeliefMap:
         for theta in sorted(tried, key=lambda theta: _minus_2_log_likelihood(problem, theta, weigh)):
             if len(starts) >= fresh + len(before):
                 break
-            if all(np.linalg.norm(theta[:3] - other[:3]) > self.min_separation_m for other in starts):
+            if all(np.linalg.norm(theta[SOURCE] - other[SOURCE]) > self.min_separation_m for other in starts):
                 starts.append(theta)
         return starts
 
@@ -88,12 +88,12 @@ class BeliefMap:
 def _rank_starts(problem: Problem, places_m: Array, gamma: float, left: Array, count: int) -> Array:
     """theta (count, P) of the best of sources at places (j, 3) m by least squares, each with its best strength: see `fit_strength`."""
     thetas = np.repeat(problem.mean[None, :], len(places_m), axis=0)
-    thetas[:, :3] = places_m
+    thetas[:, SOURCE] = places_m
     z, weight = _weighted_signal(problem, problem.mean, gamma, left)
     costs, more = problem.grid_costs(thetas, left, z, weight)
-    thetas[:, 3] += more
+    thetas[:, LN_STRENGTH] += more
     thetas = thetas[np.argsort(costs, kind="stable")[:count]]
-    thetas[:, 3] += problem.grid_costs(thetas, left, z, weight)[1] if count else 0.0
+    thetas[:, LN_STRENGTH] += problem.grid_costs(thetas, left, z, weight)[1] if count else 0.0
     return _clip_strength(problem, thetas)
 
 
@@ -101,8 +101,8 @@ def _clip_strength(problem: Problem, theta: Array) -> Array:
     """theta (..., P) with a strength that can be believed if it was told: fits that begin farther off run out of steps."""
     if problem.law.ln_strength is None:
         return theta
-    out, about, u = np.array(theta), problem.mean[3], float(np.sqrt(problem.cov[3, 3]))
-    out[..., 3] = np.clip(out[..., 3], about - 2.0 * u, about + 2.0 * u)
+    out, about, u = np.array(theta), problem.mean[LN_STRENGTH], float(np.sqrt(problem.cov[LN_STRENGTH, LN_STRENGTH]))
+    out[..., LN_STRENGTH] = np.clip(out[..., LN_STRENGTH], about - 2.0 * u, about + 2.0 * u)
     return out
 
 
@@ -127,14 +127,14 @@ def mirror_start(problem: Problem, theta: Array, gamma: float) -> Array:
     middle = weight @ noses / np.sum(weight)
     _, _, axes = np.linalg.svd(np.sqrt(weight)[:, None] * (noses - middle), full_matrices=False)
     there = np.array(theta)
-    there[:3] -= 2.0 * float(axes[-1] @ (theta[:3] - middle)) * axes[-1]
+    there[SOURCE] -= 2.0 * float(axes[-1] @ (theta[SOURCE] - middle)) * axes[-1]
     return fit_strength(problem, there, gamma, readings_without_source(problem, there))[1]
 
 
 def readings_without_source(problem: Problem, start: Array) -> Array:
     """What is left in the readings (m,) ppm of the lag's beginning if there is no source at all."""
     nothing = np.array(start)
-    nothing[3] = NO_SOURCE
+    nothing[LN_STRENGTH] = NO_SOURCE
     return problem.expect(nothing)
 
 
@@ -147,7 +147,7 @@ def fit_strength(problem: Problem, start: Array, gamma: float, left: Array) -> t
     z, weight = _weighted_signal(problem, start, gamma, left)
     for _ in range(2):
         cost, more = problem.grid_costs(theta, left, z, weight)
-        theta[0, 3] += more[0]
+        theta[0, LN_STRENGTH] += more[0]
     return float(cost[0]), theta[0]
 
 

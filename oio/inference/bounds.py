@@ -10,6 +10,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas.fluctuation import whiten
+from oio.gas.range_law import LN_STRENGTH, SOURCE
 from oio.gas.trace import Sniffs
 from oio.inference.belief_map import fit_strength, readings_without_source, search_problem
 from oio.inference.forward_model import ParameterLayout, Problem
@@ -34,7 +35,7 @@ def cramer_rao(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
     """The bound at theta (P,) if nobody told where the source is, or how strong (Kay 1993, 3.9)."""
     problem = search_problem(sniffs, known)
     prior = np.asarray(np.linalg.inv(problem.cov), dtype=np.float64)
-    prior[:4, :] = prior[:, :4] = 0.0
+    prior[: LN_STRENGTH + 1, :] = prior[:, : LN_STRENGTH + 1] = 0.0
     return _bound(problem, prior + _information(problem, known, theta))
 
 
@@ -75,12 +76,12 @@ def _bound(problem: Problem, information: Array) -> Bound:
     values = np.linalg.eigvalsh(left)
     if values[0] <= NOTHING * max(1.0, float(values[-1])):
         return Bound(np.diag(np.full(3, np.inf)))
-    return Bound(scale[:3, None] * np.linalg.inv(left) * scale[:3])
+    return Bound(scale[SOURCE, None] * np.linalg.inv(left) * scale[SOURCE])
 
 
 def at_truth(sniffs: Sniffs, known: Prior, theta: Array, source_m: Array) -> Array:
     """theta with the source at its true place (3,) m and the strength that fits best there: where the bound is evaluated."""
     start = np.array(theta)
-    start[:3] = source_m
+    start[SOURCE] = source_m
     problem = search_problem(sniffs, known)
     return fit_strength(problem, start, known.model.fluctuation.gamma, readings_without_source(problem, start))[1]

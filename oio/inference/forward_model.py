@@ -14,9 +14,9 @@ import numpy as np
 from oio.core.records import Array
 from oio.gas import censored
 from oio.gas.fluctuation import PathField
-from oio.gas.range_law import LAW, RangeLaw
+from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, THINNING, WIND, RangeLaw
 from oio.gas.trace import Sniffs
-from oio.inference.forward_kernel import predict_readings
+from oio.inference.forward_kernel import ExpectedPath, Lag, LawScale, SensedPath, predict_readings
 from oio.inference.grid_search import grid_costs
 from oio.kinematics.arm import Arm
 
@@ -33,7 +33,7 @@ class ParameterLayout:
         """Length of theta."""
         return LAW + 2 * self.dof + 2 * self.elements + 1
 
-    law, source, strength, exponent, wind, thinning = slice(0, LAW), slice(0, 3), 3, 4, slice(5, 8), 8
+    law, source, strength, exponent, wind, thinning = slice(0, LAW), SOURCE, LN_STRENGTH, EXPONENT, WIND, THINNING
 
     @property
     def offset(self) -> slice:
@@ -95,10 +95,11 @@ class Problem:
 
     def predict(self, theta: Array, want_rows: bool = True) -> Prediction:
         """Forward model at theta (P,), with its derivatives unless they are not wanted."""
-        h, rows, gain, along, last = self._forward(theta, want_rows)
-        c, rarity, r, speed, dt, tau = along
+        found = self._forward(theta, want_rows)
+        c, rarity, r, speed, dt, tau = found.along
         field = self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
-        return Prediction(h, rows, float(last), PathField(field, dt, tau, self.sniffs.at, gain, self.variance(theta, h)))
+        along = PathField(field, dt, tau, self.sniffs.at, found.gain, self.variance(theta, found.ppm))
+        return Prediction(found.ppm, found.rows, float(found.lagged_ppm), along)
 
     def nose(self, theta: Array) -> Array:
         """Where the nose was along the path (k, 3) m."""
@@ -107,22 +108,26 @@ class Problem:
 
     def expect(self, theta: Array) -> Array:
         """The expected readings alone, without offsets (m,) ppm."""
-        return self._forward(theta, False)[0]
+        return self._forward(theta, False).ppm
 
-    def _forward(self, theta: Array, want_rows: bool) -> tuple[Array, Array, Array, Array, float]:
-        sn, law = self.sniffs, self.law
-        path, lag = (sn.t_s, sn.q, sn.at, sn.element), (self.rise_s, self.fall_s)
-        return predict_readings(theta, path, sn.ppm[0], self.arm.moving, (law.r_ref_m, law.radius_m), lag, want_rows)
+    def _forward(self, theta: Array, want_rows: bool) -> ExpectedPath:
+        sn, lag = self.sniffs, Lag(self.rise_s, self.fall_s)
+        return predict_readings(
+            theta, SensedPath(sn.t_s, sn.q, sn.at, sn.element), sn.ppm[0], self.arm.adjoint, self._scale, lag, want_rows
+        )
+
+    @property
+    def _scale(self) -> LawScale:
+        return LawScale(self.law.r_ref_m, self.law.radius_m)
 
     def grid_costs(self, thetas: Array, left: Array, z: Array, weight: Array) -> tuple[Array, Array]:
         """Of thetas (j, P) that differ in source and strength alone: weighted sums of squares (j,) of readings (m,) that have `left` and z
         above it, with the strength of least squares; and how much greater than theirs its logarithm is (j,)."""
-        sn, lay, law, theta = self.sniffs, self.layout, self.law, thetas[0]
+        sn, lay, theta = self.sniffs, self.layout, thetas[0]
         gains, factor, e = np.exp(theta[lay.gain]), float(np.exp(theta[lay.tau])), sn.element[0]
         start = max(float((sn.ppm[0] - theta[lay.baseline][e]) / gains[e]), 0.0)
-        dt, lag = np.diff(sn.t_s, prepend=sn.t_s[0]), (factor * self.rise_s, factor * self.fall_s)
-        numbers = (law.r_ref_m, law.radius_m)
-        return grid_costs(thetas, self.nose(theta), dt, sn.at, gains[sn.element], start, numbers, lag, left, z, weight)
+        dt, lag = np.diff(sn.t_s, prepend=sn.t_s[0]), Lag(factor * self.rise_s, factor * self.fall_s)
+        return grid_costs(thetas, self.nose(theta), dt, sn.at, gains[sn.element], start, self._scale, lag, left, z, weight)
 
     def residual(self, theta: Array, h: Array) -> Array:
         """Readings minus expectation (m,) ppm; of a censored one what `oio.gas.censored` makes of it."""

@@ -5,14 +5,14 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.range_law import MAX_LN_C, log_concentration
-from oio.inference.forward_kernel import lag_step
+from oio.gas.range_law import MAX_LN_C, SX, SY, SZ, log_concentration
+from oio.inference.forward_kernel import Lag, LawScale, lag_step
 
 
 @compiled
 def grid_costs(
-    thetas: Array, nose: Array, dt: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float],
-    lag: tuple[float, float], left: Array, z: Array, weight: Array,
+    thetas: Array, nose: Array, dt: Array, at: NDArray[np.int64], gain: Array, start: float, law: LawScale, lag: Lag,
+    left: Array, z: Array, weight: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
     """For theta (j, P) that differ in source and strength alone: weighted sums of squares (j,) with the strength of least squares, and how
     much greater than theta's the latter's logarithm is (j,).
@@ -41,12 +41,14 @@ def grid_costs(
 
 @compiled
 def _expected_readings(
-    theta: Array, nose: Array, at: NDArray[np.int64], gain: Array, start: float, law: tuple[float, float], steps: Array, h: Array
+    theta: Array, nose: Array, at: NDArray[np.int64], gain: Array, start: float, law: LawScale, steps: Array, h: Array
 ) -> None:
     """h (m,) ppm: the readings expected, without offsets."""
     f, c, reading = start, 0.0, 0
     for i in range(len(nose)):
-        ln_c, _, _, _ = log_concentration(nose[i, 0] - theta[0], nose[i, 1] - theta[1], nose[i, 2] - theta[2], theta, law[0], law[1])
+        ln_c, _, _, _ = log_concentration(
+            nose[i, 0] - theta[SX], nose[i, 1] - theta[SY], nose[i, 2] - theta[SZ], theta, law.r_ref_m, law.radius_m
+        )
         now = np.exp(min(ln_c, MAX_LN_C))
         before, c = (c if i > 0 else now), now
         step = steps[i, 0 if c > f else 1]

@@ -10,7 +10,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas.fluctuation import Fluctuation, PathField, Whitening
-from oio.gas.range_law import RangeLaw
+from oio.gas.range_law import SOURCE, RangeLaw
 from oio.inference.forward_model import ParameterLayout, Prediction, Problem
 
 MAX_STEPS = 20  # at most
@@ -32,6 +32,16 @@ class Fit:
     fluctuation: Fluctuation
     readings: int
     law: RangeLaw
+
+    @property
+    def source(self) -> Array:
+        """Where the source is (3,) m."""
+        return np.asarray(self.mean[SOURCE])
+
+    @property
+    def source_cov(self) -> Array:
+        """Its covariance (3, 3) m^2."""
+        return np.asarray(self.cov[SOURCE, SOURCE])
 
 
 def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
@@ -82,7 +92,7 @@ def _finished(problem: Problem, theta: Array, root: Array, noise: Fluctuation, e
     told = whitening.of(expected.rows, variance).rows
     rows = told @ root
     cov = root @ np.linalg.inv(rows.T @ rows + np.eye(len(theta))) @ root.T
-    cov[:3, :3] += discrepancy_m(problem, theta, told[:, :3], expected.along) ** 2 / 3.0 * np.eye(3)
+    cov[SOURCE, SOURCE] += discrepancy_m(problem, theta, told[:, SOURCE], expected.along) ** 2 / 3.0 * np.eye(3)
     u = np.linalg.solve(root, theta - problem.mean)
     white = whitening.of(problem.residual(theta, expected.ppm)[:, None], variance)
     fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi has no density

@@ -10,15 +10,15 @@ from dataclasses import replace
 import numpy as np
 
 from oio.gas.fluctuation import Fluctuation, PathField
-from oio.gas.range_law import LAW
+from oio.gas.range_law import EXPONENT, KX, KY, KZ, LAW, THINNING
 from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.map_fit import Fit
 from oio.inference.prior import FIXED
 
 HELD_BY_FORM: dict[str, dict[int, float]] = {  # place in theta and value of what a law holds: n = 1 is diffusion from a point, k = 0, u = 0
-    "log_distance": {5: 0.0, 6: 0.0, 7: 0.0, 8: 0.0},
-    "isotropic": {4: 1.0, 5: 0.0, 6: 0.0, 7: 0.0},
-    "advection_diffusion": {4: 1.0, 8: 0.0},
+    "log_distance": {KX: 0.0, KY: 0.0, KZ: 0.0, THINNING: 0.0},
+    "isotropic": {EXPONENT: 1.0, KX: 0.0, KY: 0.0, KZ: 0.0},
+    "advection_diffusion": {EXPONENT: 1.0, THINNING: 0.0},
     "all": {},
 }
 HELD_BELOW = 1e-3  # a parameter whose standard deviation is below this was held

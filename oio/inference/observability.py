@@ -9,6 +9,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas.fluctuation import whiten
+from oio.gas.range_law import SOURCE
 from oio.gas.trace import Sniffs
 from oio.inference.belief_map import search_problem
 from oio.inference.map_fit import Fit
@@ -29,7 +30,7 @@ def unobservable(sniffs: Sniffs, known: Prior, hypotheses: tuple[Fit, ...], narr
     told = known.model.law.ln_strength is not None
     ratios, directions, shares = (_of_source if told else _of_both)(*_before_and_after(sniffs, known, best.mean))
     unseen = [_unseen(directions[:3, i], float(shares[i]), arm, told) for i in range(len(ratios)) if ratios[i] > narrowed]
-    pair = ambiguous_point(arm.nose(sniffs.q[sniffs.at]), best.mean[:3])
+    pair = ambiguous_point(arm.nose(sniffs.q[sniffs.at]), best.source)
     return (*dict.fromkeys(unseen), *_describe_ambiguity(pair, best, arm), *_describe_hypotheses(pair, hypotheses))
 
 
@@ -66,7 +67,7 @@ def _before_and_after(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows * scale
     prior = problem.cov / np.outer(scale, scale)
     posterior = np.outer(scale, scale) * np.linalg.inv(rows.T @ rows + np.linalg.inv(prior))
-    turn = _axes(theta[:3] - known.model.arm.shoulder)
+    turn = _axes(theta[SOURCE] - known.model.arm.shoulder)
     return turn @ problem.cov[:4, :4] @ turn.T, turn @ posterior[:4, :4] @ turn.T
 
 
@@ -112,7 +113,7 @@ def ambiguous_point(noses: Array, source: Array) -> Ambiguity | None:
 
 def _describe_ambiguity(pair: Ambiguity | None, best: Fit, arm: Arm) -> tuple[str, ...]:
     """The twin, unless it lies within the region of the source itself."""
-    if pair is None or np.linalg.norm(pair[1] - best.mean[:3]) < np.sqrt(np.trace(best.cov[:3, :3])):
+    if pair is None or np.linalg.norm(pair[1] - best.source) < np.sqrt(np.trace(best.source_cov)):
         return ()
     kind, place = pair
     surface = "the plane" if kind == "mirror" else "the sphere"
@@ -123,8 +124,8 @@ def _describe_ambiguity(pair: Ambiguity | None, best: Fit, arm: Arm) -> tuple[st
 
 def _describe_hypotheses(pair: Ambiguity | None, hypotheses: tuple[Fit, ...]) -> tuple[str, ...]:
     """Every hypothesis beside the best, and whether it is the twin."""
-    best, out = hypotheses[0].mean[:3], list[str]()
-    for other in (fit.mean[:3] for fit in hypotheses[1:]):
+    best, out = hypotheses[0].source, list[str]()
+    for other in (fit.source for fit in hypotheses[1:]):
         near = pair is not None and np.linalg.norm(pair[1] - other) < 0.5 * np.linalg.norm(best - other)
         out.append(f"two places fit alike, {_place(best)} and {_place(other)}{f', its {pair[0]} point' if pair and near else ''}.")
     return tuple(out)

@@ -7,7 +7,7 @@ import numpy as np
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.gas.fluctuation import Fluctuation
-from oio.gas.range_law import MAX_DISCREPANCY, MAX_NOSE_JITTER_M, RangeLaw
+from oio.gas.range_law import LN_STRENGTH, MAX_DISCREPANCY, MAX_NOSE_JITTER_M, SOURCE, RangeLaw
 from oio.inference.forward_model import ParameterLayout
 from oio.inference.map_fit import Fit
 from oio.inference.state_space import ProcessNoise, StateSpace
@@ -75,10 +75,10 @@ def forget_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength:
     """The same prior with the source forgotten: anywhere in the nose's box (a rectangle per axis), ln strength about `ln_strength`."""
     low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
     mean, cov = np.array(mean), np.array(cov)
-    cov[:4, :] = cov[:, :4] = 0.0
-    mean[:3], mean[3] = (low + high) / 2, ln_strength
-    cov[range(3), range(3)] = ((high - low) / 2) ** 2 / 3.0
-    cov[3, 3] = law.ln_strength_u**2
+    cov[: LN_STRENGTH + 1, :] = cov[:, : LN_STRENGTH + 1] = 0.0
+    mean[SOURCE], mean[LN_STRENGTH] = (low + high) / 2, ln_strength
+    cov[SOURCE, SOURCE][np.diag_indices(3)] = ((high - low) / 2) ** 2 / 3.0
+    cov[LN_STRENGTH, LN_STRENGTH] = law.ln_strength_u**2
     return mean, cov
 
 

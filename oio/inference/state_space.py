@@ -10,13 +10,14 @@ correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + wh
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, JointState, seconds
 from oio.core.settings import settings
 from oio.gas.fluctuation import Fluctuation, lagged_ou_steps
-from oio.gas.range_law import LAW, RangeLaw, concentration
+from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
 from oio.inference.map_fit import Fit
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
@@ -121,7 +122,7 @@ class StateSpace:
         jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
         p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midway: a step has one concentration
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
-        field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + 4]))
+        field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + EXPONENT]))
         swing = c * fl.height(field)
         tau = np.array([self.rise_s if c[0] + swing[0] * x[m] > x[i] else self.fall_s])
         step = lagged_ou_steps(np.array([dt_s]), tau, 1.0 / fl.rate(field), swing, fl.gamma**2)[0]
@@ -129,7 +130,7 @@ class StateSpace:
         new[i] = phi * x[i] + (1.0 - phi) * c[0] + to * x[m]
         new[m] = keep * x[m]
         felt = (1.0 - phi) * c[0] + to * x[m]  # both parts go with c
-        by_o = felt * grad[0, :3] @ jac
+        by_o = felt * grad[0, SOURCE] @ jac
         jacobian[i, s : s + LAW] = felt * grad[0]
         jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, to, keep
@@ -163,23 +164,15 @@ class StateSpace:
         return q
 
     @cached_property
-    def constants(self) -> tuple[Array, Array, float]:
-        """For `oio.estimators.propagation_kernel`: law, lag and fluctuation (9,); variances that walk per step and per second (2, N);
-        the drift's."""
+    def constants(self) -> "StepConstants":
+        """What `oio.estimators.propagation_kernel` wants of the model."""
         law, fl, once = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
-        numbers = [
-            law.r_ref_m,
-            law.radius_m,
-            self.rise_s,
-            self.fall_s,
-            fl.gamma,
-            fl.t_s,
-            law.nose_jitter_m,
-            law.model_discrepancy,
+        gas = GasConstants(
+            law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_jitter_m, law.model_discrepancy,
             self.process_noise.still_rad_s,
-        ]
+        )  # fmt: skip
         drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
-        return np.array(numbers), np.array([once, self.process_noise_diagonal(1.0) - once]), drift
+        return StepConstants(gas, np.array([once, self.process_noise_diagonal(1.0) - once]), drift)
 
     def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
         """Expected reading [ppm], its Jacobian H (N,), and R [ppm^2]: the variance of one fresh reading, or the assembly's."""
@@ -188,3 +181,25 @@ class StateSpace:
         row[i], row[self.at["b"].start + e] = self.gain[e], 1.0
         fresh = self.fluctuation.scale * reading.sigma_ppm**2
         return float(row @ x), row, fresh if self.noise.r_ppm2 is None else self.noise.r_ppm2
+
+
+class GasConstants(NamedTuple):
+    """Law, lag and fluctuation."""
+
+    r_ref_m: float
+    radius_m: float
+    rise_s: float
+    fall_s: float
+    gamma: float
+    t_s: float  # correlation time at r_ref
+    nose_jitter_m: float
+    model_discrepancy: float
+    still_rad_s: float
+
+
+class StepConstants(NamedTuple):
+    """What a step of any filter needs besides the state: `walk` (2, N) is the variance that walks per step and per second."""
+
+    gas: GasConstants
+    walk: Array
+    drift: float  # density of the encoders' acceleration [rad^2/s^4/s]

@@ -6,28 +6,37 @@ adjoint). BLOCK points are taken at once and every row of a block is as long, so
 `oio.kinematics.forward` says the same, pose by pose; a test holds both to the same numbers.
 """
 
+from typing import NamedTuple
+
 import numpy as np
-from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.kinematics.forward import SLIDE
+from oio.kinematics.forward import SLIDE, SerialChain
 
 TWO_PI, TWO_PI_REST = 6.283185307179586, 2.4492935982947064e-16  # 2 pi
 BLOCK = 32
 ROWS = 5  # of a joint: sin, cos, and the slope of the point by the joint, before P
-AdjointChain = tuple[
-    Array, Array, Array
-]  # P (n, 9), w and place and whether it slides (n, 7), the nose in the frame of the last joint (3,)
 
 
-def adjoint_chain(poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array, n: int) -> AdjointChain:
+class AdjointChain(NamedTuple):
+    """The n joints that move, as the loops below want them."""
+
+    rotations: Array  # P (n, 9), row by row
+    joints: Array  # (n, 7): axis w (3), place (3), whether it slides
+    nose: Array  # (3,) m, in the frame of the last joint
+
+
+def adjoint_chain(chain: SerialChain, n: int) -> AdjointChain:
     """Of a chain as `nose_and_jacobian` takes it, the n joints that move; the others are locked and only carry the nose along."""
+    poses, axes, kinds, locked, offset = chain
     turns = np.ascontiguousarray(poses[:, :3, :3]).reshape(-1, 9)
     others = np.column_stack([axes, poses[:, :3, 3], np.asarray(kinds == SLIDE, dtype=np.float64)])
     joints, nose = np.repeat(np.asarray(locked[n:], dtype=np.float64)[:, None], BLOCK, axis=1), np.empty((3, BLOCK))
-    forward_positions(joints, (turns[n:], others[n:], np.asarray(offset, dtype=np.float64)), np.empty((len(joints), ROWS, BLOCK)), nose)
-    return turns[:n].copy(), others[:n].copy(), nose[:, 0].copy()
+    forward_positions(
+        joints, AdjointChain(turns[n:], others[n:], np.asarray(offset, dtype=np.float64)), np.empty((len(joints), ROWS, BLOCK)), nose
+    )
+    return AdjointChain(turns[:n].copy(), others[:n].copy(), nose[:, 0].copy())
 
 
 @compiled

@@ -11,7 +11,7 @@ from oio.core.folders import ROOT
 from oio.core.records import Array
 from oio.core.settings import settings
 from oio.kinematics.adjoint import AdjointChain, adjoint_chain
-from oio.kinematics.forward import nose_and_jacobian
+from oio.kinematics.forward import SerialChain, nose_and_jacobian
 from oio.kinematics.homing import Homing
 from oio.kinematics.inverse import solve_positions
 from oio.kinematics.model_loading import KinematicChain, load_chain
@@ -46,7 +46,7 @@ class Arm:
             raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.ladder[-1]}.")
         if len(self.home_rad) != len(self.all_names):
             raise BadInput(f"arm.home_rad has {len(self.home_rad)} values, but {self.mjcf} has {len(self.all_names)} joints.")
-        low, high = self._chain.low, self._chain.high
+        low, high = self._model.low, self._model.high
         home = np.array(self.home_rad)
         if np.any(home < low) or np.any(home > high):
             raise BadInput(f"arm.home_rad is {list(self.home_rad)}, but the limits are {low.tolist()} to {high.tolist()} rad.")
@@ -68,13 +68,13 @@ class Arm:
         return path
 
     @cached_property
-    def _chain(self) -> KinematicChain:
+    def _model(self) -> KinematicChain:
         return load_chain(self.path)
 
     @cached_property
     def all_names(self) -> tuple[str, ...]:
         """Names of all joints, base to nose."""
-        return self._chain.names
+        return self._model.names
 
     @cached_property
     def homed(self) -> Homing | None:
@@ -95,12 +95,12 @@ class Arm:
     @property
     def low_rad(self) -> Array:
         """Lower limits of the unlocked joints (n,)."""
-        return self._chain.low[: self.dof]
+        return self._model.low[: self.dof]
 
     @property
     def high_rad(self) -> Array:
         """Upper limits of the unlocked joints (n,)."""
-        return self._chain.high[: self.dof]
+        return self._model.high[: self.dof]
 
     @property
     def home(self) -> Array:
@@ -110,19 +110,19 @@ class Arm:
     @property
     def shoulder(self) -> Array:
         """Where the first joint sits (3,) m: bearings are seen from here."""
-        return self._chain.poses[0, :3, 3]
+        return self._model.poses[0, :3, 3]
 
     def nose(self, q_rad: Array) -> Array:
         """Nose position p_base_nose (..., 3) m from unlocked joints q_rad (..., n)."""
         q = self._rows(q_rad)
-        p, _ = nose_and_jacobian(q, *self.links, False)
+        p, _ = nose_and_jacobian(q, self.chain, False)
         return p.reshape(*np.shape(q_rad)[:-1], 3)
 
     def nose_jacobian(self, q_rad: Array) -> tuple[Array, Array]:
         """p_base_nose (..., 3) m and its Jacobian dp/dq (..., 3, n) m/rad for unlocked joints q_rad (..., n)."""
         q = self._rows(q_rad)
         shape = np.shape(q_rad)[:-1]
-        p, jacobian = nose_and_jacobian(q, *self.links, True)
+        p, jacobian = nose_and_jacobian(q, self.chain, True)
         return p.reshape(*shape, 3), jacobian.reshape(*shape, 3, self.dof)
 
     def _rows(self, q_rad: Array) -> Array:
@@ -132,15 +132,15 @@ class Arm:
         return q.reshape(-1, self.dof)
 
     @cached_property
-    def links(self) -> tuple[Array, Array, NDArray[np.int64], Array, Array]:
-        """What `oio.kinematics.forward` wants besides the joints: poses, axes, kinds, locked joints, and the nose in the last frame."""
-        c = self._chain
-        return c.poses, c.axes, c.kinds, np.array(self.home_rad), c.nose_offset
+    def chain(self) -> SerialChain:
+        """The kinematic chain for compiled code, locked joints at home."""
+        c = self._model
+        return SerialChain(c.poses, c.axes, c.kinds, np.array(self.home_rad), c.nose_offset)
 
     @cached_property
-    def moving(self) -> AdjointChain:
-        """What `oio.kinematics.adjoint` wants besides the joints."""
-        return adjoint_chain(*self.links, self.dof)
+    def adjoint(self) -> AdjointChain:
+        """The same for `oio.kinematics.adjoint`: the joints that move."""
+        return adjoint_chain(self.chain, self.dof)
 
     def inside(self, q_rad: Array) -> bool:
         """Whether the joints are within limits and the nose within its box."""
@@ -182,7 +182,7 @@ class Arm:
         """Joints (k, n) that bring the nose within tolerance_m of p_m (k, 3), each begun from its row of q_from (k, n), and whether they do
         (k,) within limits and box."""
         goals = np.ascontiguousarray(p_m, dtype=np.float64)
-        q, there = solve_positions(goals, self._rows(q_from), self.low_rad, self.high_rad, tolerance_m, *self.links)
+        q, there = solve_positions(goals, self._rows(q_from), self.low_rad, self.high_rad, tolerance_m, self.chain)
         return q, there & self._in_box(q)
 
     def free(self, q_from: Array, q_to: Array) -> NDArray[np.bool_]:

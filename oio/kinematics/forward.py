@@ -1,5 +1,7 @@
 """Forward kinematics of a serial chain with its Jacobian, compiled: one pose costs about a microsecond."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,16 +11,23 @@ from oio.core.records import Array
 SLIDE, HINGE = 0, 1
 
 
-@compiled
-def nose_and_jacobian(
-    q: Array, poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array, want_jacobian: bool = True
-) -> tuple[Array, Array]:
-    """Nose positions (k, 3) and, if wanted, Jacobians (k, 3, n) for joints q (k, n).
+class SerialChain(NamedTuple):
+    """m joints from the base to the nose, T = prod_j pose_j motion_j(q_j), one joint per link."""
 
-    The chain is T = prod_j pose_j (4, 4) * motion_j(q_j) with one joint per link: `axes` (m, 3) in the joint's frame, `kinds` (m,)
-    SLIDE or HINGE; joints n..m-1 stay at `locked` (m,); `offset` (3,) is the nose in the last frame.
+    poses: Array  # (m, 4, 4), of each joint's frame in the frame before
+    axes: Array  # (m, 3), in the joint's frame
+    kinds: NDArray[np.int64]  # (m,), SLIDE or HINGE
+    locked: Array  # (m,) rad or m, where joints stay that are not moved
+    offset: Array  # (3,) m, the nose in the last frame
+
+
+@compiled
+def nose_and_jacobian(q: Array, chain: SerialChain, want_jacobian: bool = True) -> tuple[Array, Array]:
+    """Nose positions (k, 3) m and, if wanted, Jacobians (k, 3, n) for joints q (k, n); joints n..m-1 of the chain stay locked.
+
     Column j of the Jacobian is axis_j x (p - anchor_j) for a hinge and axis_j for a slide, in the base frame.
     """
+    poses, axes, kinds, locked, offset = chain
     k, n = q.shape
     m = poses.shape[0]
     p_all, j_all = np.empty((k, 3)), np.empty((k, 3, n if want_jacobian else 0))

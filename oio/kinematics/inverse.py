@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.kinematics.forward import nose_and_jacobian
+from oio.kinematics.forward import SerialChain, nose_and_jacobian
 
 MAX_STEPS = 60
 DAMPING_M2 = 1e-4
@@ -15,7 +15,7 @@ MAX_STEP = 0.3  # rad (m) that a joint may go in one step
 @compiled
 def solve_positions(
     goals: Array, begin: Array, low: Array, high: Array, tolerance: float,
-    poses: Array, axes: Array, kinds: NDArray[np.int64], locked: Array, offset: Array,
+    chain: SerialChain,
 ) -> tuple[Array, NDArray[np.bool_]]:  # fmt: skip
     """Joints (k, n) that bring the nose within `tolerance` m of goals (k, 3), each begun from its row of `begin` (k, n), and whether
     they do (k,). The chain is that of `nose_and_jacobian`; joints stay within low, high (n,)."""
@@ -23,7 +23,7 @@ def solve_positions(
     for i in range(len(goals)):
         q = q_all[i : i + 1]
         for _ in range(MAX_STEPS):
-            p, jacobians = nose_and_jacobian(q, poses, axes, kinds, locked, offset, True)
+            p, jacobians = nose_and_jacobian(q, chain, True)
             miss, jacobian = goals[i] - p[0], jacobians[0]
             if miss @ miss < tolerance * tolerance:
                 there[i] = True

@@ -10,6 +10,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
+from oio.gas.range_law import WIND
 from oio.search.sniff_history import believed_law, goals, joint_offsets
 from oio.search.step_planning import box_diagonal_m, random_step, step_toward, tangent_directions
 from oio.search.view import Move, View
@@ -58,7 +59,7 @@ class CastSurge:
 
     def upwind(self, view: View, hits: list[int]) -> Array:
         """Unit vector (3,) against the wind, or in still air from hit to hit; before any, away from the shoulder."""
-        k = believed_law(view)[5:8]
+        k = believed_law(view)[WIND]
         p = view.arm.nose(goals(view) - joint_offsets(view))
         before, last = p[hits[-2] + 1 if len(hits) > 1 else 0], p[hits[-1] + 1 if hits else 0]
         ahead = (-k if np.linalg.norm(k) >= self.windy_per_m else np.zeros(3), last - before, p[0] - view.arm.shoulder)

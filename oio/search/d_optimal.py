@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
-from oio.gas.range_law import LAW, concentration
+from oio.gas.range_law import LAW, SOURCE, concentration
 from oio.search.exploration import explore
 from oio.search.view import View
 
@@ -63,7 +63,7 @@ class DOptimal:
 def believed_places(view: View) -> list[Array]:
     """The filter's source first, then the other hypotheses, (3,) m each."""
     assert view.belief is not None
-    return [view.belief.mean[view.model.at["s"]], *(fit.mean[:3] for fit in view.hypotheses[1:])]
+    return [view.belief.mean[view.model.at["s"]], *(fit.source for fit in view.hypotheses[1:])]
 
 
 def sd_m(view: View) -> float:
@@ -90,7 +90,7 @@ def information(view: View, candidates: Array) -> Array:
     variance = _variance(view, c, r, rarity)
     rows = np.zeros((len(candidates), model.size))
     rows[:, s : s + LAW] = grad
-    rows[:, at["o"]] = np.einsum("ij,ijk->ik", grad[:, :3], jac)
+    rows[:, at["o"]] = np.einsum("ij,ijk->ik", grad[:, SOURCE], jac)
     to = rows @ cov  # (k, N)
     total = np.einsum("ij,ij->i", to, rows) + variance
     prior = cov[at["s"], at["s"]]

@@ -10,6 +10,7 @@ Johnson, Moore, Ylvisaker 1990).
 import numpy as np
 
 from oio.core.records import Array
+from oio.gas.range_law import WIND
 from oio.inference.sampling import halton
 from oio.search.view import View
 
@@ -26,7 +27,7 @@ WAYPOINTS = 4  # places on the way that count
 def explore(view: View, rng: np.random.Generator) -> Array:
     """The next joint goal (n,) rad."""
     here = view.moves[-1].q if view.moves else view.arm.home
-    wind = np.zeros(3) if view.law is None else view.law[5:8]
+    wind = np.zeros(3) if view.law is None else view.law[WIND]
     speed = float(np.linalg.norm(wind))
     chances = _source_posterior(view, wind) if speed > WINDY_PER_M else None
     poses = view.arm.random_poses(rng, TRIES)

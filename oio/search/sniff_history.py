@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.range_law import LAW
+from oio.gas.range_law import EXPONENT, LAW
 from oio.search.view import View
 
 MAX_LAG_SHARE = 0.75  # of a change of the gas may be made up for when the lag holds it back; beyond, noise would be blown up
@@ -36,7 +36,7 @@ def believed_law(view: View) -> Array:
     if view.law is not None:
         return np.array(view.law)
     theta = np.zeros(LAW)
-    theta[4] = view.model.law.exponent
+    theta[EXPONENT] = view.model.law.exponent
     return theta
 
 

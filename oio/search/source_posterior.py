@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.range_law import LAW, concentration
+from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, concentration
 from oio.inference.sampling import halton
 from oio.search.sniff_history import SniffHistory, believed_law
 from oio.search.view import View
@@ -52,12 +52,12 @@ class Likelihood:
     def unit(self, noses_m: Array, places_m: Array, cell_m: Array) -> tuple[Array, Array]:
         """At noses (k, 3) of sources of strength one at places (j, 3): mean (k, j) and its relative standard deviation (k, j)."""
         model, theta = self.view.model, believed_law(self.view)
-        theta[:4] = 0.0
+        theta[SOURCE] = theta[LN_STRENGTH] = 0.0
         apart = (noses_m[:, None, :] - places_m[None, :, :]).reshape(-1, 3)
         c, grad, r, rarity = concentration(apart, theta[:LAW], model.law.r_ref_m, model.law.radius_m)
-        field, fl = model.law.field(c, rarity, r, np.zeros_like(r), float(theta[4])), model.fluctuation
+        field, fl = model.law.field(c, rarity, r, np.zeros_like(r), float(theta[EXPONENT])), model.fluctuation
         eddies = np.maximum(self.view.dwell_s * fl.rate(field), 1.0)
-        within = grad[:, :3] ** 2 @ cell_m**2 / 12.0
+        within = grad[:, SOURCE] ** 2 @ cell_m**2 / 12.0
         relative = np.sqrt((fl.gamma * fl.height(field)) ** 2 / eddies + self.model_discrepancy**2 + within)
         shape = len(noses_m), len(places_m)
         return c.reshape(shape), relative.reshape(shape)

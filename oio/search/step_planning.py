@@ -6,6 +6,7 @@ A place is wanted in space, but the arm has joints: with one the nose stays on a
 import numpy as np
 
 from oio.core.records import Array
+from oio.gas.range_law import SOURCE
 from oio.search.sniff_history import believed_law, joint_offsets, last_goal
 from oio.search.view import View
 
@@ -31,7 +32,7 @@ def is_allowed(view: View, q: Array) -> bool:
 
 def _clearance_m(view: View, q: Array) -> float:
     o = joint_offsets(view)
-    return float(view.arm.clearance_m(last_goal(view) - o, q - o, believed_law(view)[:3]))
+    return float(view.arm.clearance_m(last_goal(view) - o, q - o, believed_law(view)[SOURCE]))
 
 
 def tangent_directions(view: View, q: Array) -> Array:
@@ -79,9 +80,9 @@ def _clear_of_source(view: View, place_m: Array) -> Array:
     """The place itself, or moved away from the believed source."""
     if view.belief is None:
         return place_m
-    away = place_m - believed_law(view)[:3]
+    away = place_m - believed_law(view)[SOURCE]
     far = max(float(np.linalg.norm(away)), 1e-9)
-    return place_m if far >= CLEAR * view.standoff_m else believed_law(view)[:3] + CLEAR * view.standoff_m / far * away
+    return place_m if far >= CLEAR * view.standoff_m else believed_law(view)[SOURCE] + CLEAR * view.standoff_m / far * away
 
 
 def random_step(view: View, rng: np.random.Generator) -> Array:

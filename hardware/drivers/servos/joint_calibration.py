@@ -38,9 +38,9 @@ def _nose_direction(slope: Array) -> tuple[str, str]:
 
 def _roll_direction(arm: Arm, i: int) -> tuple[str, str]:
     """Seen along the line from the joint to the nose: an axis that points away turns clockwise."""
-    poses, axes, kinds, locked, _ = arm.links
-    chain, q = (poses[: i + 1], axes[: i + 1], kinds[: i + 1], locked[: i + 1]), np.ascontiguousarray(arm.home[None, : i + 1])
-    anchor, tip = (nose_and_jacobian(q, *chain, offset, False)[0][0] for offset in (np.zeros(3), axes[i]))
+    c, q = arm.chain, np.ascontiguousarray(arm.home[None, : i + 1])
+    part = c._replace(poses=c.poses[: i + 1], axes=c.axes[: i + 1], kinds=c.kinds[: i + 1], locked=c.locked[: i + 1])
+    anchor, tip = (nose_and_jacobian(q, part._replace(offset=offset), False)[0][0] for offset in (np.zeros(3), c.axes[i]))
     along_m = float((tip - anchor) @ (arm.nose(arm.home) - anchor))
     if abs(along_m) < LEVER_M:
         raise OioError(

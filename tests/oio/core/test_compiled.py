@@ -14,10 +14,12 @@ from oio.core.folders import ROOT
 # The readings that a grid search expects: compiled in one file, from the law of another.
 PROGRAM = """
 import numpy as np
+from oio.inference.forward_kernel import Lag, LawScale
 from oio.inference.grid_search import grid_costs
 nose, at = np.linspace(0.0, 0.3, 12).reshape(4, 3), np.arange(4)
 thetas = np.array([[0.4, 0.1, 0.2, 1.0, 1.2, 3.0, -1.0, 0.5, 0.3]])
-costs, _ = grid_costs(thetas, nose, np.full(4, 0.1), at, np.ones(4), 0.0, (0.1, 0.01), (0.3, 0.4), np.zeros(4), np.arange(4.0), np.ones(4))
+law, lag = LawScale(0.1, 0.01), Lag(0.3, 0.4)
+costs, _ = grid_costs(thetas, nose, np.full(4, 0.1), at, np.ones(4), 0.0, law, lag, np.zeros(4), np.arange(4.0), np.ones(4))
 print(repr(float(costs[0])))
 """
 

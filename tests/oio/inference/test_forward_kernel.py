@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from oio.gas.range_law import LAW, concentration
 from oio.inference.belief_map import search_problem
-from oio.inference.forward_kernel import lag_step, predict_readings
+from oio.inference.forward_kernel import Lag, LawScale, SensedPath, lag_step, predict_readings
 from oio.kinematics.adjoint import BLOCK, ROWS, adjoint_chain, forward_positions, gradient_by_joints
-from oio.kinematics.forward import HINGE, SLIDE, nose_and_jacobian
+from oio.kinematics.forward import HINGE, SLIDE, SerialChain, nose_and_jacobian
 
 
 def lagged(c, dc, dt, rise, fall, f0):
@@ -138,9 +138,9 @@ def test_ranked_together_or_expected_alone(lab):
 def test_readings_off_the_path_are_refused(lab):
     made = lab(1, 1, seed=1)
     sn, law = made.problem(made.theta(), poses=3).sniffs, made.law
-    path = (sn.t_s, sn.q, sn.at + len(sn.t_s), sn.element)
+    path, scale = SensedPath(sn.t_s, sn.q, sn.at + len(sn.t_s), sn.element), LawScale(law.r_ref_m, law.radius_m)
     with pytest.raises(ValueError, match="on the path"):
-        predict_readings(made.mean, path, 0.0, made.arm.moving, (law.r_ref_m, law.radius_m), (0.4, 0.6), False)
+        predict_readings(made.mean, path, 0.0, made.arm.adjoint, scale, Lag(0.4, 0.6), False)
 
 
 kinds = st.lists(st.sampled_from([SLIDE, HINGE]), min_size=1, max_size=6)
@@ -154,10 +154,10 @@ def test_links_are_the_poses(kinds, data, seed):
     poses, axes = np.tile(np.eye(4), (len(kinds), 1, 1)), rng.standard_normal((len(kinds), 3))
     axes /= np.linalg.norm(axes, axis=1)[:, None]
     poses[:, :3, :3], poses[:, :3, 3] = np.linalg.qr(rng.standard_normal((len(kinds), 3, 3)))[0], rng.standard_normal((len(kinds), 3))
-    chain = (poses, axes, np.array(kinds), rng.standard_normal(len(kinds)), rng.standard_normal(3))
+    chain = SerialChain(poses, axes, np.array(kinds), rng.standard_normal(len(kinds)), rng.standard_normal(3))
     q, gradient = rng.uniform(-20.0, 20.0, (BLOCK, n)), rng.standard_normal((3, BLOCK))
-    p, jac = nose_and_jacobian(q, *chain, True)
-    links, joints, nose, by_q = adjoint_chain(*chain, n), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK)), np.empty((n, BLOCK))
+    p, jac = nose_and_jacobian(q, chain, True)
+    links, joints, nose, by_q = adjoint_chain(chain, n), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK)), np.empty((n, BLOCK))
     forward_positions(np.ascontiguousarray(q.T), links, joints, nose)
     np.testing.assert_allclose(nose.T, p, atol=1e-12)
     expected = np.einsum("ak,kaj->jk", gradient, jac)

@@ -17,6 +17,7 @@ from oio.inference.map_fit import solve
 from oio.inference.model_selection import hold_parameters
 from oio.inference.prior import Prior
 from oio.inference.uncertainty import type_b_of_repeats
+from oio.kinematics.adjoint import AdjointChain
 
 CALM = Fluctuation(1.0, 0.1, 0.3)
 
@@ -39,11 +40,11 @@ class Elsewhere:
         return self.at(p), self._unit * self.turn @ jacobian
 
     @property
-    def moving(self):
-        turns, others, nose = (np.array(part) for part in self._arm.moving)
+    def adjoint(self):
+        turns, others, nose = (np.array(part) for part in self._arm.adjoint)
         turns[0] = (self._unit * self.turn @ turns[0].reshape(3, 3)).ravel()
         others[0, 3:6] = self.at(others[0, 3:6])
-        return turns, others, nose
+        return AdjointChain(turns, others, nose)
 
 
 def seen_from(problem, arm, unit):

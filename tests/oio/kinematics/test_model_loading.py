@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from oio.core.errors import BadInput
-from oio.kinematics.forward import nose_and_jacobian
+from oio.kinematics.forward import SerialChain, nose_and_jacobian
 from oio.kinematics.model_loading import load_chain
 
 WRITTEN = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody><body name="a" pos="0.1 0 0.2" quat="2 0 0 2">
@@ -33,7 +33,8 @@ def agrees(path, q):
     mujoco.mj_kinematics(model, data)
     if len(chain.names) != model.njnt or not np.allclose(np.column_stack([chain.low, chain.high]), model.jnt_range):
         return False
-    p, _ = nose_and_jacobian(np.array([q]), chain.poses, chain.axes, chain.kinds, np.zeros(len(chain.names)), chain.nose_offset)
+    serial = SerialChain(chain.poses, chain.axes, chain.kinds, np.zeros(len(chain.names)), chain.nose_offset)
+    p, _ = nose_and_jacobian(np.array([q]), serial)
     return np.allclose(p[0], data.site("nose").xpos, atol=1e-9)
 
 
