@@ -45,7 +45,7 @@ class Step:
 def workload(built: Experiment, steps: int) -> Workload:
     """The cold model of an experiment, its source and law known to a hundredth of a cold start's standard deviations."""
     made = built.stages["assemble_qr"]
-    known = cold_prior(made.arm, made.law, made.process_noise, made.nominal)  # type: ignore[attr-defined]
+    known = cold_prior(made.arm, made.range_law, made.process_noise, made.nominal)  # type: ignore[attr-defined]
     fit = Fit(known.layout, known.mean, 1e-4 * known.cov, 0.0, PPM, known.model.fluctuation, MEASUREMENTS, known.model.law)
     joints = tuple(_joints(built, i) for i in range(1, steps + 1))
     ekf, belief, readings = Ekf(gate_nis=25.0), known.model.begin(fit, 0, MEASUREMENTS), list[GasReading]()

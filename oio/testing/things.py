@@ -16,6 +16,7 @@ def check_sensor(sensor: Sensor, ppm: tuple[float, ...] = (1.0, 10.0, 100.0)) ->
     """Timing makes sense, `raw` and `reading` undo each other at `ppm`, nonsense is refused; a specimen, if it can
     be simulated, smells and repeats itself."""
     frozen(sensor)
+    promise(isinstance(sensor, Sensor), "a sensor has every member of `oio.core.interfaces.Sensor`.")
     promise(sensor.name != "", "a sensor has a name.")
     promise(sensor.elements in (1, 2), f"a sensor has 1 or 2 elements, not {sensor.elements}.")
     for key in ("sample_s", "tau_rise_s", "tau_fall_s", "settled_ppm_per_min"):

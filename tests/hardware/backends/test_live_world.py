@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hardware.backends.live_world import LiveWorld
+from hardware.backends.live_world import LiveDevices, LiveWorld
 from hardware.transport.mailbox import Mailbox, StampedSample
 from oio.core.records import SECOND_NS, Event, GasSample, JointState
 
@@ -26,11 +26,9 @@ def bench():
     clock.now_ns = now_ns
     driver = SimpleNamespace(key="backend.nose", name="line", counts=dict)
     nose = SimpleNamespace(error=None, news=[], driver=driver, reconnects=0, away_ns=0)
-    nowhere = SimpleNamespace(position=None)
-    made = SimpleNamespace(hold_s=HOLD_S, beacon=nowhere, source=nowhere)
     mover = SimpleNamespace(alive=lambda: None, held=None)
     valve = SimpleNamespace(watch=lambda: None)
-    live = LiveWorld(made, clock, box, nose, None, mover, valve)
+    live = LiveWorld(LiveDevices(nose, None, mover, valve), clock, box, None, {}, HOLD_S)
     clock.t_ns = 0
 
     def joints(*at_ms):

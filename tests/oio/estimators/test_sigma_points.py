@@ -28,7 +28,7 @@ def test_scales_that_differ_by_20_orders(search, estimator):
     sd = 10.0 ** np.linspace(-9, -4, model.size)
     sd[model.at["f"]], sd[model.at["b"]] = 1e2, 1e1
     after = estimator.predict(model, Belief(0, belief.mean, np.outer(sd, sd) * np.eye(model.size)), steps[0][0])
-    s, q = model.at["s"], model.process_noise(0.05)
+    s, q = model.at["s"], model.process_noise_diagonal(0.05)
     np.testing.assert_allclose(np.diag(after.cov)[s], (sd**2 + q)[s], rtol=1e-9)
     assert np.all(np.linalg.eigvalsh(after.cov / np.sqrt(np.outer(*(2 * [np.diag(after.cov)])))) > -1e-9)
 

@@ -12,8 +12,8 @@ from oio.gas.bouts import BoutDetector, BoutRule, ElementBaseline, effective_sam
 CLEAN = ElementBaseline(ppm=10.0, sigma_ppm=1.0, highest_ppm=11.0, n=5, n_effective=5.0)
 
 
-def rule(differential="smoothed", above="max", windows=None):
-    return BoutRule(window_by_dof=windows or {1: 3, 2: 5, 3: 7, 5: 11}, differential=differential, threshold=above)
+def rule(differential="smoothed", threshold="max", windows=None):
+    return BoutRule(window_by_dof=windows or {1: 3, 2: 5, 3: 7, 5: 11}, differential=differential, threshold=threshold)
 
 
 def fed(values, k=2, baselines=(CLEAN,), **choices):
@@ -50,8 +50,8 @@ def test_the_raw_differential_takes_the_reading_itself():
 def test_max_and_three_sigma_are_different_thresholds():
     rising = [10.0, 10.0, 12.5, 13.5]  # y' = 0, 1.25, 3.0 (not above 3); d = 1.25, 1.75
     assert [s.fired for s in fed(rising)[2:]] == [False, True]
-    assert [s.fired for s in fed(rising, above="mean_plus_3_sigma")[2:]] == [False, False]
-    assert fed([10.0, 10.0, 12.5, 13.6], above="mean_plus_3_sigma")[-1].fired
+    assert [s.fired for s in fed(rising, threshold="mean_plus_3_sigma")[2:]] == [False, False]
+    assert fed([10.0, 10.0, 12.5, 13.6], threshold="mean_plus_3_sigma")[-1].fired
 
 
 def test_each_element_has_its_own_offset():

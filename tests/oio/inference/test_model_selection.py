@@ -19,7 +19,7 @@ TRUE = {"log_distance": {4: 1.6}, "isotropic": {8: 6.0}, "advection_diffusion": 
 def beacon(lab, air="evidence", seed=0, true=None, poses=12):
     """Readings about a known source in one kind of air, with a prior as wide as before any calibration."""
     made = lab(3, 1, seed=seed)
-    made.law = replace(made.law, air=air, exponent_u=0.5, wind_per_m_u=15.0, lift_per_m_u=3.0, thinning_per_m_u=3.0)
+    made.law = replace(made.law, form=air, exponent_u=0.5, wind_per_m_u=15.0, lift_per_m_u=3.0, thinning_per_m_u=3.0)
     theta = np.array(made.mean)
     theta[:LAW] = [*PLACE, np.log(20.0), 1.0, 0.0, 0.0, 0.0, 0.0]
     for place, value in (true or {}).items():

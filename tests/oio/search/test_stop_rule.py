@@ -130,6 +130,6 @@ def test_every_condition_alone_can_forbid(search, change):
 def test_senseless_rules_are_refused(key, lowest, highest):
     for value in (lowest, highest):
         assert getattr(replace(RULE, **{key: value}), key) == value
-    for value in (0 if key == "sniffs" else lowest * LESS, highest + 1):
+    for value in (0 if key == "min_sniffs" else lowest * LESS, highest + 1):
         with pytest.raises(BadInput, match=f"StopRule.{key} is .*, but .* is allowed"):
             replace(RULE, **{key: value})

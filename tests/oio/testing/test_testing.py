@@ -24,6 +24,7 @@ class Sniffer:
     tau_rise_s: float = 0.5
     tau_fall_s: float = 0.5
     settled_ppm_per_min: float = 1.0
+    highest_raw: float = float("inf")
 
     def raw(self, ppm):
         return 2.0 * ppm
