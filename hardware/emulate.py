@@ -1,4 +1,4 @@
-"""`python -m hardware.emulate nose=scd30 arm=feetech air=draft`: devices at ptys, until Ctrl-C. Exit code 2 for bad input."""
+"""`python -m hardware.emulate nose=scd30 arm=feetech air=draft`: emulated devices at pseudo-terminals, until Ctrl-C. Exit code 2 for bad input."""
 
 import os
 import select
@@ -22,9 +22,9 @@ from oio.cli.exit_codes import run_command
 from oio.core.folders import CONF
 
 KEYS = CONF / "emulate.yaml"
-# Servos have absolute encoders. With the paper's drift a joint that is led to its end is pressed against it, and the guard rightly stops.
+# Servos have absolute encoders. With the paper's drift a joint at its limit would be pressed against its stop, and the guard would stop it.
 DRIFTLESS = "arm.encoder_drift_deg_s2=0"
-TOLD = ("sensor", "dof", "seed", "air", "source.position")  # what the command line to paste says in any case
+ALWAYS_SET = ("sensor", "dof", "seed", "air", "source.position")  # keys that the printed command line sets in any case
 HEADER = """Devices that speak the real wire, with the simulated bench behind them.
 
   python -m hardware.emulate                                    an SCD30 and a Feetech arm
@@ -36,7 +36,7 @@ When it is up it prints the command line that connects to it. Ctrl-C ends it.
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Serve; returns the exit code."""
+    """Run the emulators until they are stopped; return the exit code."""
     return run_command(lambda: _run(sys.argv[1:] if arguments is None else arguments))
 
 
@@ -45,15 +45,15 @@ def _run(arguments: Sequence[str]) -> None:
         sys.stdout.write(_help())
         return
     chosen, overrides = options.read(arguments, KEYS)
-    overrides = [DRIFTLESS, *overrides]  # what is given comes later and holds
-    stopped = _stopped()
+    overrides = [DRIFTLESS, *overrides]  # overrides given by the user come later and take precedence
+    is_stopped = _stop_signal()
     cfg = _composed(overrides)
     sim: MujocoSim = instantiate(cfg.backend)
     with emulate_bench(chosen, sim) as bench:
-        sys.stdout.write(f"{_connect(chosen, cfg, overrides, bench)}\n")
+        sys.stdout.write(f"{_connect_command(chosen, cfg, overrides, bench)}\n")
         sys.stdout.flush()
-        bench.loop.run(lambda: stopped() or (chosen.until_eof and _at_eof()))
-        slipped_s = bench.loop.lab.slipped_s
+        bench.loop.run(lambda: is_stopped() or (chosen.until_eof and _at_eof()))
+        slipped_s = bench.loop.realtime.slipped_s
     if slipped_s > 0:
         sys.stderr.write(f"oio: the bench could not keep up and gave up {slipped_s:.1f} s; type a lower speed=.\n")
 
@@ -63,33 +63,33 @@ def _composed(overrides: list[str]) -> Any:
         return hydra.compose("config", overrides)
 
 
-def _stopped() -> Callable[[], bool]:
-    """Whether Ctrl-C or SIGTERM came, from now on."""
-    asked = list[int]()
+def _stop_signal() -> Callable[[], bool]:
+    """Return a function that reports whether SIGINT or SIGTERM has been received since this call."""
+    received = list[int]()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, frame: asked.append(number))
-    return lambda: bool(asked)
+        signal.signal(number, lambda number, frame: received.append(number))
+    return lambda: bool(received)
 
 
 def _at_eof() -> bool:
     return bool(select.select([sys.stdin], [], [], 0.0)[0]) and not os.read(sys.stdin.fileno(), 4096)
 
 
-def _connect(chosen: options.EmulatorOptions, cfg: Any, overrides: Sequence[str], bench: EmulatedBench) -> str:
-    """The command line to paste."""
+def _connect_command(chosen: options.EmulatorOptions, cfg: Any, overrides: Sequence[str], bench: EmulatedBench) -> str:
+    """Command line of a run that connects to the bench."""
     words = ["backend=serial", f"sensor={cfg.sensor.name}", f"dof={cfg.dof}", f"seed={cfg.seed}", f"air={cfg.air.name}"]
-    words += [word for word in overrides if word.partition("=")[0] not in TOLD and not word.startswith("backend.")]
+    words += [word for word in overrides if word.partition("=")[0] not in ALWAYS_SET and not word.startswith("backend.")]
     for key in ("nose", "arm", "valve"):
         words.append(f"backend.{key}.driver={getattr(chosen, key)}")
         words += [f"backend.{key}.port={bench.ports[key]}"] if key in bench.ports else []
     words += [f"backend.speed={chosen.speed:g}", _position("source", bench)]
-    words += _patient(cfg, words, chosen.speed)
+    words += _time_out_overrides(cfg, words, chosen.speed)
     words += [_position("beacon", bench)] if cfg.beacon.position is None else []
     return "python -m oio.run " + shlex.join(words)
 
 
-def _patient(cfg: Any, words: Sequence[str], speed: float) -> list[str]:
-    """A host that pauses does so in its own time: what is waited for is longer by that on a bench that goes faster."""
+def _time_out_overrides(cfg: Any, words: Sequence[str], speed: float) -> list[str]:
+    """Overrides of the time-outs for a fast bench: a stall of the host takes `speed` times as long in bench time."""
     if speed <= 1.0:
         return []
     with_backend = _composed(["backend=serial", "backend.nose.driver=line", "backend.nose.port=none"])
@@ -100,16 +100,16 @@ def _patient(cfg: Any, words: Sequence[str], speed: float) -> list[str]:
 
 
 def _position(source: str, bench: EmulatedBench) -> str:
-    place = bench.plant.places[source]
-    assert place is not None
+    position_m = bench.plant.places[source]
+    assert position_m is not None
     return f"{source}.position=[{','.join(f'{x:.6f}' for x in place)}]"
 
 
 def _help() -> str:
     kinds = faults.kinds("line", "feetech", "line")
-    told = "\n".join(f"  {device}.{kind:<10} {text}" for device, each in kinds.items() for kind, text in each.items())
+    lines = "\n".join(f"  {device}.{kind:<10} {text}" for device, each in kinds.items() for kind, text in each.items())
     own = KEYS.read_text(encoding="utf-8").rstrip()
-    return f"{HEADER}\n{own}\n\nFaults (clock: with nose=line alone):\n{told}\n"
+    return f"{HEADER}\n{own}\n\nFaults (clock: with nose=line alone):\n{lines}\n"
 
 
 if __name__ == "__main__":

@@ -1,15 +1,15 @@
-"""`python -m hardware.home port=/dev/ttyUSB0`: which count of a servo is which angle, found with the arm in your hands.
+"""`python -m hardware.home port=/dev/ttyUSB0`: joint calibration (homing) of a servo arm, by moving its joints by hand.
 
-Every joint is turned by hand to its LOW end and then to its HIGH end, whose angles the MJCF knows; you are told which way each is, and
-from the two follows the direction of its counts. Torque is switched off for it: hold the arm, and bring it to about its home first,
-because the ways that are told are those from there. A joint that turns farther than in the MJCF, or without end, is turned to tape marks
-at the MJCF's two angles. What does not fit is refused, and nothing is written. At the end it says where the nose is now: compare that with
-a ruler, for a joint whose LOW and HIGH were swapped in every round fits, too, and would move mirrored.
+Every joint is turned by hand to its LOW end and then to its HIGH end, whose angles are in the MJCF; the program prints which way each is.
+From the two ends follow the zero and the direction of its counts. Torque is disabled for this: hold the arm, and bring it to about its
+home first, because the printed directions are those from there. A joint that turns farther than in the MJCF, or without end, is turned to
+tape marks at the MJCF's two angles. Implausible sweeps are refused, and nothing is written. At the end the position of the nose is
+printed: compare it with a ruler, because a joint whose LOW and HIGH were swapped in every round fits, too, and would move mirrored.
 
   driver=feetech     or dynamixel
   port=              a path, or usb:VENDOR:PRODUCT[:SERIAL]
   arm=so101          whose MJCF has the limits
-  repeats=2          so often each joint is turned; the spread says how well
+  repeats=2          sweeps per joint; their spread gives the uncertainty
   out=homing.json    the file; then type arm.homing=homing.json
 """
 
@@ -46,13 +46,13 @@ from oio.kinematics.homing import Homing
 
 KEYS = {"driver": "feetech", "port": "", "arm": "so101", "repeats": "2", "out": "homing.json"}
 LOOK_S = 0.02
-TRIES = 10  # of a look that is needed
-AGREES_M = 0.03  # a ruler and a hand
+TRIES = 10  # attempts to read positions before NoAnswer
+AGREES_M = 0.03  # accuracy of a ruler held by hand
 Done = Callable[[float], bool]
 
 
 def main(arguments: list[str]) -> None:
-    """Walk a person through it."""
+    """Guide a user through the homing procedure."""
     given, plain = key_values(arguments, KEYS, "python -m hardware.home")
     if plain:
         raise BadInput(f"{plain[0]} was given, but only KEY=VALUE is taken: {', '.join(KEYS)}. Type e.g. port=/dev/ttyUSB0.")
@@ -61,9 +61,9 @@ def main(arguments: list[str]) -> None:
     if not given["port"]:
         raise BadInput("no port was given. Type port=/dev/ttyUSB0; `python -m hardware.ports` finds it.")
     arm, repeats, bus = described(given["arm"]), whole_number("repeats", given["repeats"], 1, 10), BUSES[given["driver"]]()
-    wire = _wire(given["port"], bus)
+    wire = _open_wire(given["port"], bus)
     try:
-        _walk(Console(soft_wrap=True), bus, wire, arm, repeats, Path(given["out"]).expanduser())
+        _run_procedure(Console(soft_wrap=True), bus, wire, arm, repeats, Path(given["out"]).expanduser())
     except (Unplugged, NoAnswer) as error:
         raise OioError(
             f"the servos at port={given['port']} do not answer any more ({error}). Check cable and power; nothing was written."
@@ -73,16 +73,16 @@ def main(arguments: list[str]) -> None:
 
 
 def described(name: str) -> Arm:
-    """The whole arm of conf/arm. Raises BadInput."""
+    """Load the whole arm of conf/arm. Raises BadInput."""
     if not (CONF / "arm" / f"{name}.yaml").is_file():
-        there = ", ".join(sorted(path.stem for path in (CONF / "arm").glob("*.yaml")))
-        raise BadInput(f"arm={name} was given, but it can be {there}. Type arm=so101.")
+        available = ", ".join(sorted(path.stem for path in (CONF / "arm").glob("*.yaml")))
+        raise BadInput(f"arm={name} was given, but it can be {available}. Type arm=so101.")
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
         cfg = hydra.compose("config", [f"arm={name}", "dof=1"])
     return whole_arm(instantiate(cfg.arm))
 
 
-def _wire(port: str, bus: Bus) -> Wire:
+def _open_wire(port: str, bus: Bus) -> Wire:
     try:
         return open_port(resolve_port(port, "port", bus.baud, lambda wire: bus.ping(wire, 1)), bus.baud, "port")
     except Unplugged as error:
@@ -91,80 +91,80 @@ def _wire(port: str, bus: Bus) -> Wire:
         ) from None
 
 
-def _walk(console: Console, bus: Bus, wire: Wire, arm: Arm, repeats: int, out: Path) -> None:
+def _run_procedure(console: Console, bus: Bus, wire: Wire, arm: Arm, repeats: int, out: Path) -> None:
     ids = list(range(1, len(arm.all_names) + 1))
     missing = [servo for servo in ids if bus.ping(wire, servo) is None]
     if missing:
         raise OioError(
             f"servo {missing[0]} of {len(ids)} does not answer at {bus.baud} baud. Check power, cable, and that ids are 1 to {len(ids)}."
         )
-    bus.begin(wire, ids)
+    bus.configure(wire, ids)
     console.print(f"Hold the arm: when you press Enter its {len(ids)} servos let go.")
     console.print(
-        f"Then bring it to about its home, the nose {_place(arm.nose(arm.home))}: which way a joint's LOW and HIGH are is told from there. "
+        f"Then bring it to about its home, the nose {_position_text(arm.nose(arm.home))}: which way a joint's LOW and HIGH are is told from there. "
         f"Other joints may be bent out of the way, but read the words with all of them back at home."
     )
     _until_enter(_entered, lambda: None)
     bus.torque(wire, ids, False)
-    rounds = [[_turned(console, bus, wire, ids, i, arm, k, repeats) for i in range(len(ids))] for k in range(repeats)]
+    rounds = [[_sweep_joint(console, bus, wire, ids, i, arm, k, repeats) for i in range(len(ids))] for k in range(repeats)]
     homing = homing_from_sweeps(rounds, arm, bus.counts_per_turn)
     console.print(_table(rounds[-1], homing, arm))
-    _compared(console, bus, wire, ids, arm, homing)
+    _compare_with_ruler(console, bus, wire, ids, arm, homing)
     homing.write(out)
     console.print(f"Written to {out}. Type: arm.homing={out}", markup=False)
 
 
-def _compared(console: Console, bus: Bus, wire: Wire, ids: list[int], arm: Arm, homing: Homing) -> None:
-    """Ends that were swapped in every round fit as well as the right ones: only a ruler knows."""
+def _compare_with_ruler(console: Console, bus: Bus, wire: Wire, ids: list[int], arm: Arm, homing: Homing) -> None:
+    """Let the user check the nose position with a ruler: ends swapped in every round are consistent and cannot be detected otherwise."""
     console.print("Compare: bend every joint out of its middle, the nose to the arm's left, hold it so, and press Enter.")
     _until_enter(_entered, lambda: None)
-    nose = arm.nose(homing.angles(_counts(bus, wire, ids), bus.counts_per_turn))
+    nose = arm.nose(homing.angles(_read_counts(bus, wire, ids), bus.counts_per_turn))
     console.print(
-        f"  The nose should now be {_place(nose)}. Take a ruler: if that is right to {AGREES_M:.2f} m, press Enter. If not, a joint was "
+        f"  The nose should now be {_position_text(nose)}. Take a ruler: if that is right to {AGREES_M:.2f} m, press Enter. If not, a joint was "
         f"turned to HIGH where LOW was asked for: press Ctrl-C, nothing is written, and home again."
     )
     _until_enter(_entered, lambda: None)
 
 
-def _place(nose: Array) -> str:
-    ahead, left, up = np.round(nose, 2) + 0.0  # no -0.00
+def _position_text(nose: Array) -> str:
+    ahead, left, up = np.round(nose, 2) + 0.0  # avoids -0.00
     return f"{ahead:.2f} m in front of the base's origin, {left:.2f} m to its left, {up:.2f} m above"
 
 
-def _counts(bus: Bus, wire: Wire, ids: list[int]) -> Positions:
+def _read_counts(bus: Bus, wire: Wire, ids: list[int]) -> Positions:
     for _ in range(TRIES):
         with contextlib.suppress(NoAnswer):
-            return bus.feel(wire, ids).counts
+            return bus.read_state(wire, ids).counts
     raise NoAnswer(f"asked {TRIES} times")
 
 
-def _turned(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm: Arm, k: int, repeats: int) -> JointSweep:
-    """One joint, from LOW to HIGH. Raises OioError at once if that cannot have been its ends."""
+def _sweep_joint(console: Console, bus: Bus, wire: Wire, ids: list[int], i: int, arm: Arm, k: int, repeats: int) -> JointSweep:
+    """Record one joint's sweep from LOW to HIGH. Raises OioError at once if these cannot be its ends."""
     name, ends = arm.all_names[i], ends_deg(arm, i)
-    turned = JointSweep(name, bus.counts_per_turn, ends)
+    sweep = JointSweep(name, bus.counts_per_turn, ends)
     console.print(f"[bold]{escape(name)}[/bold] ({i + 1} of {len(ids)}, round {k + 1} of {repeats}):")
-    for end, degrees, way in zip(("LOW", "HIGH"), ends, end_directions(arm)[i], strict=True):
-        console.print(f"  turn it by hand to its {end} end ({degrees:.0f} degrees; from home {way}), hold it there, and press Enter.")
-        _until_enter(_entered, lambda: _look(bus, wire, ids, i, turned))
-        _look(bus, wire, ids, i, turned)
-        turned.stop()
-    _ = turned.sign  # what does not fit is refused now, not after all the others
-    return turned
+    for end, degrees, direction in zip(("LOW", "HIGH"), ends, end_directions(arm)[i], strict=True):
+        console.print(f"  turn it by hand to its {end} end ({degrees:.0f} degrees; from home {direction}), hold it there, and press Enter.")
+        _until_enter(_entered, lambda: _add_reading(bus, wire, ids, i, sweep))
+        _add_reading(bus, wire, ids, i, sweep)
+        sweep.stop()
+    _ = sweep.sign  # an implausible sweep is refused now, not after all the others
+    return sweep
 
 
-def _look(bus: Bus, wire: Wire, ids: list[int], i: int, turned: JointSweep) -> None:
-    with contextlib.suppress(NoAnswer):  # the next look will do
-        turned.add(int(bus.feel(wire, ids).counts[i]))
+def _add_reading(bus: Bus, wire: Wire, ids: list[int], i: int, sweep: JointSweep) -> None:
+    with contextlib.suppress(NoAnswer):  # the next reading will do
+        sweep.add(int(bus.read_state(wire, ids).counts[i]))
 
 
-def _until_enter(entered: Done, look: Callable[[], None]) -> None:
+def _until_enter(entered: Done, read: Callable[[], None]) -> None:
     while not entered(LOOK_S):
         interrupt.check()
-        look()
+        read()
 
 
 def _entered(wait_s: float) -> bool:
-    """Whether a line was typed. Raises OioError at the end of input."""
+    """Whether a line was typed within wait_s [s]. Raises OioError at the end of standard input."""
     if not select.select([sys.stdin], [], [], wait_s)[0]:
         return False
     if not sys.stdin.readline():
@@ -176,9 +176,9 @@ def _table(last: list[JointSweep], homing: Homing, arm: Arm) -> Table:
     head = "joint", "turned [deg]", "MJCF [deg]", "zero [counts]", "counts", "+- [deg]"
     table = Table(*map(escape, head), title="homing", title_justify="left")
     span = np.degrees(arm.high_rad - arm.low_rad)
-    for turned, zero, sign, u, mjcf in zip(last, homing.zero_counts, homing.sign, homing.u_deg, span, strict=True):
+    for sweep, zero, sign, u, mjcf in zip(last, homing.zero_counts, homing.sign, homing.u_deg, span, strict=True):
         rise = "rise" if sign > 0 else "fall"
-        table.add_row(escape(turned.name), f"{turned.span_deg:.1f}", f"{mjcf:.1f}", str(zero), rise, f"{u:.2f}")
+        table.add_row(escape(sweep.name), f"{sweep.span_deg:.1f}", f"{mjcf:.1f}", str(zero), rise, f"{u:.2f}")
     return table
 
 

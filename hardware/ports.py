@@ -1,4 +1,4 @@
-"""`python -m hardware.ports`: what is plugged in, what it says it is, and the line to paste.
+"""`python -m hardware.ports`: list the serial ports, identify the devices on them, and print the configuration to paste.
 
 Ports that the system does not list (emulators) are asked if they are given as words: python -m hardware.ports out/nose out/arm
 """
@@ -29,11 +29,11 @@ from hardware.transport.port import NoAnswer, Unplugged, open_port
 from oio.core import interrupt
 from oio.core.errors import BadInput
 
-IDS = range(1, 8)  # of servos that are asked for
+IDS = range(1, 8)  # servo ids to ping
 
 
 def main(arguments: list[str]) -> None:
-    """Ask every port."""
+    """Identify the device on every port."""
     for path in arguments:
         if not Path(path).exists():
             raise BadInput(f"{path} was given, but there is no such port. Type e.g. python -m hardware.ports /dev/ttyUSB0.")
@@ -45,27 +45,27 @@ def main(arguments: list[str]) -> None:
     for path, name in infos.items():
         with console.status(f"asking {path} ..."):
             answers = asked_all(path, name)
-        console.print(f"[bold]{escape(path)}[/bold] ({escape(name)}): {escape(answers[0][0]) if answers else 'says nothing that is known'}")
+        console.print(f"[bold]{escape(path)}[/bold] ({escape(name)}): {escape(answers[0][0]) if answers else 'identity nothing that is known'}")
         for _, line in answers:
             console.print(f"    {line}", markup=False)
 
 
 def asked_all(path: str, name: str) -> list[tuple[str, str]]:
-    """What answers at a port, each with its line of YAML. One answer is enough, and who may be booting comes last."""
-    *quick, patient = noses()
+    """Return the devices that answer on a port, each with its configuration line. Stops at the first answer; a driver that waits for a boot is last."""
+    *quick, slow = noses()
     for driver in quick:
-        if says := _answer(path, driver.baud, driver):
-            return [(says, _line("nose", driver.name, path, name))]
+        if identity := _answer(path, driver.baud, driver):
+            return [(identity, _line("nose", driver.name, path, name))]
     for kind in BUSES:
-        if says := _servos(path, kind):
-            return [(says, _line("arm", BUSES[kind]().name, path, name))]
-    if says := _answer(path, patient.baud, patient):
-        return [(says, _line("nose", patient.name, path, name)), (says, _line("valve", patient.name, path, name))]
+        if identity := _servos(path, kind):
+            return [(identity, _line("arm", BUSES[kind]().name, path, name))]
+    if identity := _answer(path, slow.baud, slow):
+        return [(identity, _line("nose", slow.name, path, name)), (identity, _line("valve", slow.name, path, name))]
     return []
 
 
 def noses() -> Iterator[Driver]:
-    """One driver of each kind, for asking only; the one that may be booting last."""
+    """Yield one driver of each kind, for identification only; the one that waits for a booting device last."""
     intake, clock = ReadingFilter(Mailbox(1), 2, 1.0, 2), Clock(1.0)
     yield Scd30(intake, clock, 1.0)
     yield Scd41(intake, clock, 1.0)
@@ -79,7 +79,7 @@ def _answer(path: str, baud: int, driver: Driver) -> str | None:
     except (Unplugged, BadInput):
         return None
     try:
-        return driver.knock(wire)
+        return driver.identify(wire)
     except Unplugged:
         return None
     finally:
@@ -99,8 +99,8 @@ def _servos(path: str, kind: str) -> str | None:
         return None
     finally:
         wire.close()
-    there = [f"{servo} {model}" for servo, model in models.items() if model]
-    return f"servos {', '.join(there)}" if there else None
+    found = [f"{servo} {model}" for servo, model in models.items() if model]
+    return f"servos {', '.join(found)}" if found else None
 
 
 def _line(key: str, driver: str, path: str, name: str) -> str:

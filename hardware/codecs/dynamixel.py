@@ -1,8 +1,8 @@
-"""Dynamixel protocol 2.0 (57 600 baud from the factory, 8N1, half duplex), little-endian: `FF FF FD 00 id length instruction .. CRC`.
+"""Codec of Dynamixel protocol 2.0 (factory default 57 600 baud, 8N1, half duplex), little-endian: `FF FF FD 00 id length instruction .. CRC`.
 
 The length (2 bytes) counts instruction, parameters and CRC; in a reply the instruction is 55 and an error byte precedes the parameters.
-FF FF FD within is sent as FF FF FD FD. Format: ROBOTIS e-Manual, Protocol 2.0; registers: X series control table, by way of lerobot
-(Apache-2.0) motors/dynamixel/tables.py.
+FF FF FD within a packet is stuffed to FF FF FD FD. Format: ROBOTIS e-Manual, Protocol 2.0; registers: X series control table, by way of
+lerobot (Apache-2.0) motors/dynamixel/tables.py.
 """
 
 import re
@@ -14,7 +14,7 @@ from hardware.codecs.framing import Sized
 
 PING, READ, WRITE, STATUS, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x55, 0x82, 0x83
 BROADCAST = 0xFE
-ALERT = 0x80  # bit of the error: the servo has a hardware error; the bits below number what was wrong with the packet
+ALERT = 0x80  # bit of the error byte: the servo has a hardware error; the bits below number the fault of the packet
 LONGEST = 1024  # bytes of a whole packet, the limit of the vendor's SDK
 TICKS_PER_TURN = 4096
 
@@ -23,7 +23,7 @@ _PLAIN, _STUFFED = b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
 
 
 class Register(NamedTuple):
-    """Where a value lies in a servo's control table."""
+    """Address and length of a value in a servo's control table."""
 
     address: int
     length: int  # bytes
@@ -63,7 +63,7 @@ _TABLE = tuple(_shifted(high) for high in range(256))
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One packet, either way; `error` is 0 in one from the host."""
+    """One packet, in either direction; `error` is 0 in one from the host."""
 
     id: int
     instruction: int
@@ -72,7 +72,7 @@ class Packet:
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16, polynomial 0x8005 not reflected, begins at 0; sent low byte first."""
+    """CRC-16, polynomial 0x8005 not reflected, initial value 0; sent low byte first."""
     crc = 0
     for byte in data:
         crc = crc << 8 & 0xFFFF ^ _TABLE[crc >> 8 ^ byte]
@@ -80,7 +80,7 @@ def crc16(data: bytes) -> int:
 
 
 def instruction(id: int, ins: int, params: bytes = b"") -> bytes:
-    """A packet from the host."""
+    """Encode an instruction packet of the host."""
     body = (bytes((ins,)) + params).replace(_PLAIN, _STUFFED)
     packet = _HEAD + bytes((id,)) + (len(body) + 2).to_bytes(2, "little") + body
     if id in (0xFD, 0xFF) or len(packet) + 2 > LONGEST:
@@ -89,7 +89,7 @@ def instruction(id: int, ins: int, params: bytes = b"") -> bytes:
 
 
 def status(id: int, error: int, params: bytes = b"") -> bytes:
-    """A packet from a servo."""
+    """Encode a status packet of a servo."""
     return instruction(id, STATUS, bytes((error,)) + params)
 
 
@@ -106,12 +106,12 @@ def write(id: int, address: int, data: bytes) -> bytes:
 
 
 def sync_read(address: int, length: int, ids: Iterable[int]) -> bytes:
-    """Asks all `ids` at once; they answer one after the other in this order."""
+    """Encode a read of all `ids` at once; they reply one after the other in this order."""
     return instruction(BROADCAST, SYNC_READ, _words(address, length) + bytes(ids))
 
 
 def sync_write(address: int, data: Mapping[int, bytes]) -> bytes:
-    """Writes each id's own bytes at the same address; nobody answers."""
+    """Encode a write of each id's own bytes at the same address; no servo replies."""
     (length,) = {len(each) for each in data.values()}
     body = b"".join(bytes((id,)) + each for id, each in data.items())
     return instruction(BROADCAST, SYNC_WRITE, _words(address, length) + body)
@@ -122,7 +122,7 @@ def _words(*words: int) -> bytes:
 
 
 class Packets(Sized[Packet]):
-    """Packets of either direction."""
+    """Decoder of packets in either direction."""
 
     head = re.compile(rb"\xff\xff\xfd\x00[\x00-\xfc\xfe].[\x00-\x03]", re.DOTALL)
     width = 7
@@ -135,7 +135,7 @@ class Packets(Sized[Packet]):
         if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
             return None
         body = raw[7:-2].replace(_STUFFED, _PLAIN)
-        if body.replace(_PLAIN, _STUFFED) != raw[7:-2]:  # a head stands within
+        if body.replace(_PLAIN, _STUFFED) != raw[7:-2]:  # unstuffed head within the packet
             return None
         if body[0] != STATUS:
             return Packet(raw[4], body[0], 0, body[1:])

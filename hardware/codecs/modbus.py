@@ -1,4 +1,4 @@
-"""Modbus RTU, as much as a sensor needs: read holding (3) or input (4) registers, write one register (6).
+"""Codec of Modbus RTU, as far as a sensor needs it: read holding (3) or input (4) registers, write single register (6).
 
 Modbus over Serial Line V1.02 and Application Protocol V1.1b3 (modbus.org); the SCD30's use of it: Sensirion, SCD30 interface
 description, May 2020.
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from hardware.codecs.framing import Sized
 
 HOLDING, INPUT, WRITE = 3, 4, 6
-REFUSED = 0x80  # added to the function of a refusal
+REFUSED = 0x80  # exception bit, added to the function code
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_FAILURE, DEVICE_BUSY = 1, 2, 3, 4, 6  # V1.1b3, section 7
-MOST_WORDS = 125  # registers of one read, V1.1b3, section 6.3
+MOST_WORDS = 125  # largest number of registers of one read, V1.1b3, section 6.3
 
-_COUNTS = re.escape(bytes(range(2, 2 * MOST_WORDS + 1, 2)))  # bytes of registers in a read reply
+_COUNTS = re.escape(bytes(range(2, 2 * MOST_WORDS + 1, 2)))  # valid byte counts of a read response
 
 
 def _shifted(byte: int) -> int:
@@ -30,7 +30,7 @@ _TABLE = tuple(_shifted(byte) for byte in range(256))
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a device answers: the words of a read, or (register, value) of a write."""
+    """Normal response of a device: the words of a read, or (register, value) of a write."""
 
     function: int
     words: tuple[int, ...]
@@ -38,7 +38,7 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A device will not; `function` is the one asked for, `code` says why (1 function, 2 register, 3 value, 4 failure, 6 busy)."""
+    """Exception response: `function` is the one requested, `code` the reason (1 function, 2 register, 3 value, 4 failure, 6 busy)."""
 
     function: int
     code: int
@@ -46,7 +46,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a host asks: `value` is the number of registers of a read, the word of a write."""
+    """Request of a host: `value` is the number of registers of a read, or the word of a write."""
 
     function: int
     register: int
@@ -54,14 +54,14 @@ class Request:
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16/MODBUS: polynomial 0x8005 reflected, begins at 0xFFFF; sent low byte first."""
+    """CRC-16/MODBUS: polynomial 0x8005 reflected, initial value 0xFFFF; sent low byte first."""
     crc = 0xFFFF
     for byte in data:
         crc = crc >> 8 ^ _TABLE[(crc ^ byte) & 0xFF]
     return crc
 
 
-def _sealed(body: bytes) -> bytes:
+def _with_crc(body: bytes) -> bytes:
     return body + crc16(body).to_bytes(2, "little")
 
 
@@ -70,17 +70,17 @@ def _intact(raw: bytes) -> bool:
 
 
 def read_request(address: int, register: int, count: int, function: int = HOLDING) -> bytes:
-    return _sealed(struct.pack(">BBHH", address, function, register, count))
+    return _with_crc(struct.pack(">BBHH", address, function, register, count))
 
 
 def write_request(address: int, register: int, value: int) -> bytes:
-    return _sealed(struct.pack(">BBHH", address, WRITE, register, value))
+    return _with_crc(struct.pack(">BBHH", address, WRITE, register, value))
 
 
 def read_reply(address: int, function: int, words: Sequence[int]) -> bytes:
     if not 1 <= len(words) <= MOST_WORDS:
         raise ValueError(f"a read reply holds 1 to {MOST_WORDS} words, not {len(words)}")
-    return _sealed(struct.pack(f">BBB{len(words)}H", address, function, 2 * len(words), *words))
+    return _with_crc(struct.pack(f">BBB{len(words)}H", address, function, 2 * len(words), *words))
 
 
 def write_reply(address: int, register: int, value: int) -> bytes:
@@ -88,22 +88,22 @@ def write_reply(address: int, register: int, value: int) -> bytes:
 
 
 def refusal(address: int, function: int, code: int) -> bytes:
-    return _sealed(bytes((address, function | REFUSED, code)))
+    return _with_crc(bytes((address, function | REFUSED, code)))
 
 
 def floats(words: Sequence[int]) -> tuple[float, ...]:
-    """Two words make one float32, most significant word first (SCD30 interface description, section 1.5)."""
+    """Decode float32 values, two words each, most significant word first (SCD30 interface description, section 1.5)."""
     return struct.unpack(f">{len(words) // 2}f", struct.pack(f">{len(words)}H", *words))
 
 
 def words_of(values: Iterable[float]) -> tuple[int, ...]:
-    """The words of float32 values; inverse of `floats`."""
+    """Encode float32 values as words; inverse of `floats`."""
     packed = b"".join(struct.pack(">f", value) for value in values)
     return struct.unpack(f">{len(packed) // 2}H", packed)
 
 
 class Replies(Sized[Reply | Refusal]):
-    """Host side: what the device of one address answers."""
+    """Host side: decoder of the responses of the device with one address."""
 
     width = 3
 
@@ -125,7 +125,7 @@ class Replies(Sized[Reply | Refusal]):
 
 
 class Requests(Sized[Request]):
-    """Device side: what the host asks the device of one address."""
+    """Device side: decoder of the requests to the device with one address."""
 
     width = 2
 

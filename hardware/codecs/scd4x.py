@@ -1,4 +1,4 @@
-"""The SCD4x on I2C, behind a SEK-SensorBridge: words with CRC-8, and the bridge's commands that carry them.
+"""Codec of the SCD4x on I2C, behind a SEK-SensorBridge: words with CRC-8, and the bridge's commands that carry them.
 
 Sensirion, SCD4x data sheet v1.7, April 2025; the bridge's commands and field order: sensirion-shdlc-sensorbridge 0.2.0 (BSD-3).
 """
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 ADDRESS = 0x62  # on I2C
 
-# Commands. Behind each: how long the device is busy with it.
+# Commands. The comment gives the time for which the device is busy with it.
 START = 0x21B1  # periodic, every 5 s
 READ = 0xEC05  # 1 ms; 3 words; empties the buffer, and an empty buffer answers with NACK
 STOP = 0x3F86  # 500 ms
@@ -24,12 +24,12 @@ SELF_TEST = 0x3639  # 10 s; 1 word, 0: no fault found
 REINIT = 0x3646  # 30 ms
 
 VARIANT_MASK = 0xF000
-SCD40, SCD41, SCD43 = 0x0000, 0x1000, 0x5000  # of the masked word; a whole SCD41 word seen: 0x1440
+SCD40, SCD41, SCD43 = 0x0000, 0x1000, 0x5000  # of the masked word; as read from a real SCD41: 0x1440
 
 # Commands of the bridge (of the SHDLC frame)
 SET_VOLTAGE, SUPPLY, I2C_FREQUENCY, I2C_SCAN, TRANSCEIVE, DEVICE_INFO, VERSION = 0x00, 0x01, 0x02, 0x10, 0x11, 0xD0, 0xD1
 VOLTS_3V3, KHZ_100, KHZ_400 = 0x02, 0x00, 0x01  # arguments of SET_VOLTAGE and I2C_FREQUENCY, behind the port
-MOST_TX = 255 - 15  # bytes to I2C that one frame can carry
+MOST_TX = 255 - 15  # largest number of I2C bytes that one frame can carry
 
 _HEAD = struct.Struct(">BBBIII")  # 0: first part, port, I2C address, bytes to send, bytes to receive, time-out [us]
 
@@ -45,7 +45,7 @@ _TABLE = tuple(_shifted(byte) for byte in range(256))
 
 @dataclass(frozen=True, slots=True)
 class Transfer:
-    """What the bridge is asked to do on I2C: send `tx`, then receive `rx_len` bytes."""
+    """I2C transfer request to the bridge: send `tx`, then receive `rx_len` bytes."""
 
     port: int
     i2c_address: int
@@ -55,7 +55,7 @@ class Transfer:
 
 
 def crc8(data: bytes) -> int:
-    """Polynomial 0x31, begins at 0xFF (data sheet, section 3.12)."""
+    """CRC-8, polynomial 0x31, initial value 0xFF (data sheet, section 3.12)."""
     crc = 0xFF
     for byte in data:
         crc = _TABLE[crc ^ byte]
@@ -63,12 +63,12 @@ def crc8(data: bytes) -> int:
 
 
 def packed(words: Iterable[int]) -> bytes:
-    """Each word as two bytes, most significant first, and their CRC."""
+    """Encode each word as two bytes, most significant first, and their CRC."""
     return b"".join(word.to_bytes(2, "big") + bytes((crc8(word.to_bytes(2, "big")),)) for word in words)
 
 
 def unpacked(data: bytes) -> tuple[int, ...] | None:
-    """The words of `packed`; None if the length is no multiple of 3 or a CRC is wrong."""
+    """Decode the words of `packed`; None if the length is no multiple of 3 or a CRC is wrong."""
     triples = [data[at : at + 3] for at in range(0, len(data), 3)]
     if any(len(triple) != 3 or crc8(triple[:2]) != triple[2] for triple in triples):
         return None
@@ -76,35 +76,35 @@ def unpacked(data: bytes) -> tuple[int, ...] | None:
 
 
 def command(code: int, *words: int) -> bytes:
-    """What is sent on I2C: the command, without CRC, and its arguments, with."""
+    """Encode an I2C command: its code, without CRC, and its arguments, with CRC."""
     return code.to_bytes(2, "big") + packed(words)
 
 
 def commanded(tx: bytes) -> tuple[int, tuple[int, ...]] | None:
-    """Device side of `command`: code and arguments; None if too short or a CRC is wrong."""
+    """Device side of `command`: return code and arguments; None if too short or a CRC is wrong."""
     words = unpacked(tx[2:])
     return None if len(tx) < 2 or words is None else (int.from_bytes(tx[:2], "big"), words)
 
 
 def is_ready(word: int) -> bool:
-    """Whether a measurement waits, by the answer to READY: one of its low 11 bits is set."""
+    """Whether a measurement is ready, from the reply to READY: one of its low 11 bits is set."""
     return word & 0x7FF != 0
 
 
 def measured(words: Sequence[int]) -> tuple[float, float, float]:
-    """(ppm, degC, %RH) of the three words of READ (data sheet, section 3.6.2)."""
+    """Decode (ppm, degC, %RH) from the three words of READ (data sheet, section 3.6.2)."""
     ppm, temperature, humidity = words
     return float(ppm), -45 + 175 * temperature / 65535, 100 * humidity / 65535
 
 
 def words_measured(ppm: float, degc: float, pct_rh: float) -> tuple[int, int, int]:
-    """The nearest words; what lies beyond a word's range is held at its end."""
+    """Encode (ppm, degC, %RH) as the nearest words, clipped to the range of a word."""
     near = (round(min(max(value, 0), 65535)) for value in (ppm, (degc + 45) * 65535 / 175, pct_rh * 65535 / 100))
     return next(near), next(near), next(near)
 
 
 def transceive(i2c_address: int, tx: bytes, rx_len: int, timeout_us: int, port: int = 0) -> bytes:
-    """The data of the bridge's command TRANSCEIVE; port 0 is the socket labelled 1."""
+    """Encode the data of the bridge's command TRANSCEIVE; port 0 is the socket labelled 1. Raises ValueError."""
     if len(tx) > MOST_TX:
         raise ValueError(f"one frame carries at most {MOST_TX} bytes to I2C, not {len(tx)}")
     return _HEAD.pack(0, port, i2c_address, len(tx), rx_len, timeout_us) + tx

@@ -1,7 +1,8 @@
-"""SHDLC, the serial frames of Sensirion's SEK-SensorBridge (460 800 baud, 8N1).
+"""Codec of SHDLC, the serial frames of Sensirion's SEK-SensorBridge (460 800 baud, 8N1).
 
-Host to device `7E address command length data check 7E`, back `7E address command state length data check 7E`; the check is the inverted
-sum; 7E, 7D, 11 and 13 within are sent as 7D and the byte with bit 5 turned (Sensirion, sensirion-shdlc-driver, BSD-3, for the format).
+Host to device `7E address command length data checksum 7E`, back `7E address command state length data checksum 7E`; the checksum is the
+inverted sum; 7E, 7D, 11 and 13 within are escaped as 7D and the byte with bit 5 inverted (Sensirion, sensirion-shdlc-driver, BSD-3, for
+the format).
 """
 
 import re
@@ -10,8 +11,7 @@ from dataclasses import dataclass
 from hardware.codecs.framing import Marked
 
 FLAG, ESCAPE, TURN = b"\x7e", 0x7D, 0x20
-REPORTS_ERROR = 0x80  # bit of the state: the device has an error to report, the command itself may have been executed
-NACK, I2C_TIMEOUT = 0x29, 0x2B  # states of the SensorBridge: no acknowledgement on I2C, I2C timed out
+NACK, I2C_TIMEOUT = 0x29, 0x2B  # states of the SensorBridge: no acknowledgement on I2C, I2C time-out
 
 _RESERVED = re.compile(rb"[\x7e\x7d\x11\x13]")
 _ESCAPED = re.compile(rb"\x7d(.)", re.DOTALL)
@@ -19,7 +19,7 @@ _ESCAPED = re.compile(rb"\x7d(.)", re.DOTALL)
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One frame, either way; the state of a frame from the host is 0."""
+    """One frame, in either direction; the state of a frame from the host is 0."""
 
     address: int
     command: int
@@ -28,12 +28,12 @@ class Frame:
 
 
 def mosi(address: int, command: int, data: bytes = b"") -> bytes:
-    """A frame from the host (master out, slave in)."""
+    """Encode a frame from the host (master out, slave in)."""
     return _enclosed(bytes((address, command, len(data))) + data)
 
 
 def miso(address: int, command: int, state: int, data: bytes = b"") -> bytes:
-    """A frame from the device (master in, slave out)."""
+    """Encode a frame from the device (master in, slave out)."""
     return _enclosed(bytes((address, command, state, len(data))) + data)
 
 
@@ -43,22 +43,22 @@ def _enclosed(content: bytes) -> bytes:
 
 
 def _content(raw: bytes, head: int) -> bytes | None:
-    """What was enclosed, without the check; None unless length, check and escapes are right. `head` counts the bytes before the data."""
+    """Unescape a frame's content, without the checksum; None unless length, checksum and escapes are right. `head`: bytes before the data."""
     content = _ESCAPED.sub(lambda found: bytes((found[1][0] ^ TURN,)), raw)[:-1]
     whole = len(content) >= head and len(content) == head + content[head - 1]
     return content if whole and _enclosed(content)[1:-1] == raw else None
 
 
 class _Frames(Marked[Frame]):
-    """Every flag ends what was before it and may begin a frame, so a lost flag costs at most the frame that lost it."""
+    """Every flag ends the bytes before it and may begin a frame, so a lost flag costs at most the frame that lost it."""
 
     mark = FLAG
 
 
 class Miso(_Frames):
-    """Host side: frames from the device."""
+    """Host side: decoder of frames from the device."""
 
-    longest = 2 * (4 + 255 + 1)  # bytes if all were escaped
+    longest = 2 * (4 + 255 + 1)  # bytes if all are escaped
 
     def _frame(self, raw: bytes) -> Frame | None:
         content = _content(raw, 4)
@@ -66,7 +66,7 @@ class Miso(_Frames):
 
 
 class Mosi(_Frames):
-    """Device side: frames from the host."""
+    """Device side: decoder of frames from the host."""
 
     longest = 2 * (3 + 255 + 1)
 

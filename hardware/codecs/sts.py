@@ -1,7 +1,7 @@
-"""The bus of Feetech's STS servos (1 Mbaud, 8N1, half duplex), little-endian: `FF FF id length code parameters check`.
+"""Codec of the Feetech STS servo bus (1 Mbaud, 8N1, half duplex), little-endian: `FF FF id length code parameters checksum`.
 
-The length counts code, parameters and check; the check is the inverted sum of all behind FF FF. The code is the instruction, or in a reply
-the error bits. Format: feetech-servo-sdk 1.0.0 (Unlicense); registers: Feetech's STS3215 memory table by way of lerobot
+The length counts code, parameters and checksum; the checksum is the inverted sum of all bytes after FF FF. The code is the instruction, or
+in a reply the error bits. Format: feetech-servo-sdk 1.0.0 (Unlicense); registers: Feetech's STS3215 memory table by way of lerobot
 (Apache-2.0) motors/feetech/tables.py.
 """
 
@@ -15,14 +15,14 @@ from hardware.codecs.framing import Sized
 PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x82, 0x83
 BROADCAST = 0xFE
 MOST_PARAMS = 248  # bytes; the vendor's SDK refuses packets whose length is above 250
-VOLTAGE_ERROR, ANGLE_ERROR, OVERHEAT, OVERCURRENT, OVERLOAD = 1, 2, 4, 8, 32  # bits of the error
+VOLTAGE_ERROR, ANGLE_ERROR, OVERHEAT, OVERCURRENT, OVERLOAD = 1, 2, 4, 8, 32  # error bits
 
 STS3215_MODEL = 777
 TICKS_PER_TURN = 4096
 
 
 class Register(NamedTuple):
-    """Where a value lies in a servo's memory."""
+    """Address and length of a value in a servo's memory."""
 
     address: int
     length: int  # bytes
@@ -58,7 +58,7 @@ PRESENT_CURRENT = Register(69, 2)  # 6.5 mA (unchecked), sign bit 15
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One packet, either way: `code` is the instruction from the host, the error bits from a servo."""
+    """One packet, in either direction: `code` is the instruction from the host, the error bits from a servo."""
 
     id: int
     code: int
@@ -66,7 +66,7 @@ class Packet:
 
 
 def instruction(id: int, ins: int, params: bytes = b"") -> bytes:
-    """A packet from the host; also, with error bits for `ins`, one from a servo."""
+    """Encode an instruction packet of the host; with error bits for `ins`, a status packet of a servo. Raises ValueError."""
     if id > BROADCAST or len(params) > MOST_PARAMS:
         raise ValueError(f"an id is at most {BROADCAST} and parameters at most {MOST_PARAMS} bytes, not {id} and {len(params)}")
     body = bytes((id, len(params) + 2, ins)) + params
@@ -74,7 +74,7 @@ def instruction(id: int, ins: int, params: bytes = b"") -> bytes:
 
 
 def status(id: int, error: int, params: bytes = b"") -> bytes:
-    """A packet from a servo."""
+    """Encode a status packet of a servo."""
     return instruction(id, error, params)
 
 
@@ -91,33 +91,33 @@ def write(id: int, address: int, data: bytes) -> bytes:
 
 
 def sync_read(address: int, length: int, ids: Iterable[int]) -> bytes:
-    """Asks all `ids` at once; they answer one after the other in this order."""
+    """Encode a read of all `ids` at once; they reply one after the other in this order."""
     return instruction(BROADCAST, SYNC_READ, bytes((address, length, *ids)))
 
 
 def sync_write(address: int, data: Mapping[int, bytes]) -> bytes:
-    """Writes each id's own bytes at the same address; nobody answers."""
+    """Encode a write of each id's own bytes at the same address; no servo replies."""
     (length,) = {len(each) for each in data.values()}
     return instruction(BROADCAST, SYNC_WRITE, bytes((address, length)) + b"".join(bytes((id,)) + each for id, each in data.items()))
 
 
 def signed(raw: int, bit: int) -> int:
-    """The value of a word in sign and magnitude, its sign at `bit`."""
+    """Decode a sign-and-magnitude word with the sign at `bit`."""
     size = raw & (1 << bit) - 1
     return -size if raw >> bit & 1 else size
 
 
 def magnitude(value: int, bit: int) -> int:
-    """The word of a value; inverse of `signed`."""
+    """Encode a value in sign and magnitude; inverse of `signed`. Raises ValueError."""
     if abs(value) >= 1 << bit:
         raise ValueError(f"{value} does not fit into {bit} bits and a sign")
     return -value | 1 << bit if value < 0 else value
 
 
 class Packets(Sized[Packet]):
-    """Packets of either direction."""
+    """Decoder of packets in either direction."""
 
-    head = re.compile(rb"\xff\xff[\x00-\xfe][\x02-\xfa]")  # FF is no id: a third FF moves the head by one
+    head = re.compile(rb"\xff\xff[\x00-\xfe][\x02-\xfa]")  # FF is not a valid id: a third FF shifts the head by one
     width = 4
 
     def _size(self, head: bytes) -> int:

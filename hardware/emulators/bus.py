@@ -1,63 +1,63 @@
-"""Servos on one wire, whoever made them: who is asked, who answers after whom, and how long that takes."""
+"""Emulated servo bus of any maker: addressing, order of the replies, and return delays."""
 
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 from hardware.emulators.device import Trouble
 
-TICK_S = 2e-6  # of a return delay register, with either maker
+TICK_S = 2e-6  # unit of the return delay register, for both makers
 
 
 class Servo(Protocol):
-    """One of them, by its maker's registers."""
+    """Protocol of one emulated servo with its maker's registers."""
 
     @property
     def delay_s(self) -> float:
-        """Before it answers."""
+        """Return delay before a reply [s]."""
         ...
 
     def tick(self, t_s: float) -> None:
-        """Until t_s."""
+        """Advance to bench time t_s [s]."""
         ...
 
-    def powered(self) -> None:
-        """Its supply failed and is back: it holds nothing."""
+    def power_on(self) -> None:
+        """Restart after a supply failure, with torque disabled."""
         ...
 
     def obey(self, instruction: int, params: bytes) -> bytes:
-        """Its status packet, or nothing."""
+        """Execute an instruction; return its status packet, or nothing."""
         ...
 
     def told(self, address: int, length: int) -> bytes:
-        """The status packet of a read."""
+        """Return the status packet of a read."""
         ...
 
     def write(self, address: int, data: bytes) -> int:
-        """The error, or 0."""
+        """Write registers; return the error code, or 0."""
         ...
 
 
 class Bus:
-    """All of them; a maker's class gives `_answer`."""
+    """Base class of an emulated bus; a maker's class implements `_answer`."""
 
     baud, boots_when_opened = 1_000_000, False
 
     def __init__(self, servos: Mapping[int, Servo], trouble: Trouble) -> None:
         self.pause_s, self._servos, self._trouble = 0.0, servos, trouble
 
-    def powered(self, t_s: float) -> None:
-        """The plug is the adapter's; servos have a supply of their own."""
+    def power_on(self, t_s: float) -> None:
+        """Do nothing: the USB plug powers the adapter only, the servos have a supply of their own."""
 
-    def spoken(self, t_s: float) -> bytes:
-        """They never speak unasked."""
+    def tick(self, t_s: float) -> bytes:
+        """Advance all servos; they send nothing unsolicited."""
         for servo in self._servos.values():
             if "brownout" in self._trouble:
-                servo.powered()
+                servo.power_on()
             servo.tick(t_s)
         return b""
 
     def answer(self, data: bytes) -> bytes:
-        """Status packets, one after the other."""
+        """Return the status packets, one after the other."""
         self.pause_s = 0.0
         return b"" if "brownout" in self._trouble else self._answer(data)
 
@@ -66,19 +66,19 @@ class Bus:
 
     def _one(self, id: int, instruction: int, params: bytes) -> bytes:
         servo = self._servos.get(id)
-        return b"" if servo is None else self._waited(servo, servo.obey(instruction, params))
+        return b"" if servo is None else self._with_delay(servo, servo.obey(instruction, params))
 
     def _read_all(self, address: int, length: int, ids: Iterable[int]) -> bytes:
         asked = [self._servos[id] for id in ids if id in self._servos]
-        return b"".join(self._waited(servo, servo.told(address, length)) for servo in asked)
+        return b"".join(self._with_delay(servo, servo.told(address, length)) for servo in asked)
 
     def _write_all(self, address: int, length: int, data: bytes) -> None:
-        """`data` is an id and its bytes, again and again; nobody answers."""
+        """Sync write: `data` repeats an id and its bytes; no servo replies."""
         for at in range(0, len(data) - length, length + 1):
             servo = self._servos.get(data[at])
             if servo is not None:
                 servo.write(address, data[at + 1 : at + 1 + length])
 
-    def _waited(self, servo: Servo, reply: bytes) -> bytes:
+    def _with_delay(self, servo: Servo, reply: bytes) -> bytes:
         self.pause_s += servo.delay_s if reply else 0.0
         return reply

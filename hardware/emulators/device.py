@@ -1,68 +1,68 @@
-"""What an emulated device is, and what it needs of the bench. A device is pure: it knows no port, no thread and no clock of its own."""
+"""Protocols of emulated devices and of the bench behind them. A device is pure: it has no port, no thread and no clock of its own."""
 
 from collections.abc import Callable, Set
 from typing import Protocol
 
 from oio.core.records import Array
 
-Raw = Callable[[int], float]  # the value that an element's electronics put on the wire now
-Trouble = Set[str]  # kinds of `hardware.emulators.faults` that a device has now; whoever serves it changes the set
+Raw = Callable[[int], float]  # raw value of an element's electronics at present
+Trouble = Set[str]  # active fault kinds of `hardware.emulators.faults`; the server of the device updates the set
 
 
 class Device(Protocol):
-    """At the far end of one wire."""
+    """Protocol of an emulated device at the far end of one wire."""
 
     baud: int
-    pause_s: float  # how long it thought over its last answer
-    boots_when_opened: bool  # as an Arduino does, whose reset hangs on DTR
+    pause_s: float  # processing time of its last reply [s]
+    boots_when_opened: bool  # as an Arduino, whose reset is wired to DTR
 
     def answer(self, data: bytes) -> bytes:
-        """What the host sent, to what goes back; either may be nothing, and cut anywhere."""
+        """Process bytes from the host and return the reply; either may be empty, or cut at any byte."""
         ...
 
-    def spoken(self, t_s: float) -> bytes:
-        """Called once each tick of the bench, at its time t_s: the device measures what is due, and says what it says unasked."""
+    def tick(self, t_s: float) -> bytes:
+        """Advance to bench time t_s [s], measuring what is due; return the bytes sent unsolicited. Called once per tick of the bench."""
         ...
 
-    def powered(self, t_s: float) -> None:
-        """It begins anew: its USB plug was out and is in again, or whoever opened its port has reset it."""
+    def power_on(self, t_s: float) -> None:
+        """Restart at t_s: its USB plug was reconnected, or opening its port has reset it."""
         ...
 
 
 class Joints(Protocol):
-    """All joints of an arm, locked ones too, as motors and encoders have them."""
+    """Protocol of all joints of an arm, locked ones too, as seen by motors and encoders."""
 
     @property
     def count(self) -> int:
-        """How many."""
+        """Number of joints."""
         ...
 
     def angles(self) -> Array:
-        """rad (count,) now."""
+        """Present angles (count,) [rad]."""
         ...
 
     def speeds(self) -> Array:
-        """rad/s (count,)."""
+        """Angular velocities (count,) [rad/s]."""
         ...
 
     def loads(self) -> Array:
-        """Torque over the most that a motor can do (count,), -1 to 1."""
+        """Torque over the largest torque of the motor (count,), -1 to 1."""
         ...
 
     def steer(self, joint: int, goal_rad: float) -> None:
-        """Hold this from now on."""
+        """Set a joint's goal angle [rad], held until the next one."""
         ...
 
 
 class Electronics:
-    """A sensor's raw values as they reach the wire: at their rail or stuck, if that is the trouble."""
+    """Raw sensor values as sent on the wire, with the faults saturated and stuck."""
 
     def __init__(self, raw: Raw, full: float, trouble: Trouble) -> None:
         self._raw, self._full, self._trouble = raw, full, trouble
         self._last = dict[int, float]()
 
     def raw(self, element: int) -> float:
-        """Of one element."""
+        """Return the raw value of one element."""
         if "saturated" in self._trouble:
             return self._full
         if "stuck" not in self._trouble or element not in self._last:

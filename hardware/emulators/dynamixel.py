@@ -1,6 +1,6 @@
-"""A bus of Dynamixel X-series servos (XM430-W350; control table: see hardware/codecs/dynamixel.py), ids from 1, set to 1 Mbaud.
+"""Emulated bus of Dynamixel X-series servos (XM430-W350; control table: see hardware/codecs/dynamixel.py), ids from 1, set to 1 Mbaud.
 
-Only position mode moves anything. EEPROM cannot be written while torque is on, as in the real servo.
+Only position mode moves a joint. EEPROM cannot be written while torque is enabled, as in the real servo.
 """
 
 from hardware.codecs import dynamixel as dxl
@@ -9,7 +9,7 @@ from hardware.emulators.device import Joints, Trouble
 from hardware.emulators.motor import COUNTS, Memory, Motor
 
 MODEL_XM430_W350, FIRMWARE = 1020, 45
-SIZE, EEPROM = 147, 64  # bytes of the table that is emulated; below 64 it is EEPROM
+SIZE, EEPROM = 147, 64  # bytes of the emulated table; below 64 it is EEPROM
 READ_ONLY = (range(0, 7), range(70, 71), range(122, 147))
 # beyond what the codec names: e-Manual, XM430-W350
 FIRMWARE_VERSION, TEMPERATURE_LIMIT, CURRENT_LIMIT, MOVING = (6, 1), (31, 1), (38, 2), (122, 1)
@@ -17,36 +17,36 @@ REBOOT = 0x08
 FACTORY = {
     dxl.MODEL: MODEL_XM430_W350,
     FIRMWARE_VERSION: FIRMWARE,
-    dxl.BAUD: 3,  # 1 M; from the factory it is 57 600
+    dxl.BAUD: 3,  # 1 M; factory default 57 600
     dxl.RETURN_DELAY: 250,  # 0.5 ms
     dxl.OPERATING_MODE: 3,  # position
     TEMPERATURE_LIMIT: 80,
-    CURRENT_LIMIT: 1193,  # 2.69 mA each
+    CURRENT_LIMIT: 1193,  # unit: 2.69 mA
     dxl.MAX_POSITION: COUNTS - 1,
     dxl.PRESENT_VOLTAGE: 120,
 }
 RESULT_FAIL, INSTRUCTION_ERROR, DATA_LENGTH, DATA_LIMIT, ACCESS = 1, 2, 5, 6, 7  # error numbers, e-Manual, Protocol 2.0
-OVERHEATING = 4  # of the hardware error
-VELOCITY_COUNTS_S = 0.229 / 60.0 * COUNTS  # one unit of velocity
-MOVES_COUNTS_S = 20.0  # assumption: faster than this it says that it moves
+OVERHEATING = 4  # bit of the hardware error register
+VELOCITY_COUNTS_S = 0.229 / 60.0 * COUNTS  # one unit of the velocity register
+MOVES_COUNTS_S = 20.0  # assumption: above this speed the MOVING register is set
 
 
 class Servo:
-    """One of them. Position is the encoder's count and the homing offset, beyond one turn if it comes to that."""
+    """Emulated Dynamixel servo. Position is the encoder count plus the homing offset, beyond one turn where needed."""
 
     def __init__(self, id: int, motor: Motor, trouble: Trouble) -> None:
         self.id, self._motor, self._trouble = id, motor, trouble
         self._memory = Memory(SIZE, FACTORY | {dxl.ID: id})
-        self._sense()
+        self._refresh()
         self._memory[dxl.GOAL_POSITION] = self._memory[dxl.PRESENT_POSITION]
 
     @property
     def delay_s(self) -> float:
-        """Before it answers."""
+        """Return delay before a reply [s]."""
         return self._memory[dxl.RETURN_DELAY] * TICK_S
 
     def tick(self, t_s: float) -> None:
-        """Too hot, it lets go, and stays so until it is rebooted."""
+        """Advance to t_s; on overheating disable torque, which stays disabled until a reboot."""
         self._motor.tick(t_s)
         if self._motor.degc > self._memory[TEMPERATURE_LIMIT]:
             self._memory[dxl.HARDWARE_ERROR] = OVERHEATING
@@ -54,15 +54,15 @@ class Servo:
                 self._memory[dxl.TORQUE_ENABLE] = 0
                 self._motor.let_go()
 
-    def powered(self) -> None:
-        """Limp, and its goal is where it is."""
-        self._sense()
+    def power_on(self) -> None:
+        """Restart with torque disabled and the goal at the present position."""
+        self._refresh()
         self._memory[dxl.TORQUE_ENABLE] = 0
         self._memory[dxl.GOAL_POSITION] = self._memory[dxl.PRESENT_POSITION]
         self._motor.let_go()
 
     def obey(self, instruction: int, params: bytes) -> bytes:
-        """Its status packet."""
+        """Execute an instruction; return its status packet."""
         if "nack" in self._trouble:
             return self._status(RESULT_FAIL)
         if instruction == dxl.PING:
@@ -79,15 +79,15 @@ class Servo:
         return self._status(INSTRUCTION_ERROR)
 
     def told(self, address: int, length: int) -> bytes:
-        """The status packet of a read."""
+        """Return the status packet of a read."""
         if "nack" in self._trouble:
             return self._status(RESULT_FAIL)
-        self._sense()
+        self._refresh()
         data = self._memory.read(address, length)
         return self._status(DATA_LENGTH) if data is None else self._status(0, data)
 
     def write(self, address: int, data: bytes) -> int:
-        """All of it or, with the number of the error, nothing."""
+        """Write all bytes and return 0, or write none and return the error number."""
         held, span = self._memory[dxl.TORQUE_ENABLE], range(address, address + len(data))
         if not span or span[-1] >= SIZE:
             return DATA_LENGTH
@@ -122,8 +122,8 @@ class Servo:
         if self._memory[dxl.OPERATING_MODE] == 3:
             self._motor.drive(self._memory.signed(dxl.GOAL_POSITION) - self._memory.signed(dxl.HOMING_OFFSET))
 
-    def _sense(self) -> None:
-        """What is read changes by itself."""
+    def _refresh(self) -> None:
+        """Refresh the measured registers."""
         memory, motor = self._memory, self._motor
         speed = motor.counts_per_s
         memory[dxl.PRESENT_POSITION] = motor.count + memory.signed(dxl.HOMING_OFFSET)
@@ -137,16 +137,16 @@ def _words(data: bytes) -> tuple[int, ...]:
 
 
 class Dynamixel(Bus):
-    """All of them."""
+    """Emulated bus of Dynamixel servos, ids from 1."""
 
     def __init__(self, joints: Joints, trouble: Trouble) -> None:
         super().__init__({i + 1: Servo(i + 1, Motor(joints, i, trouble), trouble) for i in range(joints.count)}, trouble)
         self._packets = dxl.Packets()
 
     def _answer(self, data: bytes) -> bytes:
-        return b"".join(self._obey(packet) for packet in self._packets.feed(data))
+        return b"".join(self._execute(packet) for packet in self._packets.feed(data))
 
-    def _obey(self, packet: dxl.Packet) -> bytes:
+    def _execute(self, packet: dxl.Packet) -> bytes:
         p, instruction = packet.params, packet.instruction
         if instruction in (dxl.STATUS, dxl.SYNC_READ, dxl.SYNC_WRITE):
             return self._all(instruction, p) if instruction != dxl.STATUS and len(p) >= 4 else b""

@@ -1,4 +1,4 @@
-"""Everything that is emulated, put together: plant, devices, ports."""
+"""Emulated bench: plant, devices and ports put together."""
 
 import contextlib
 import os
@@ -28,66 +28,66 @@ BUSES: dict[str, type[Feetech] | type[Dynamixel]] = {"feetech": Feetech, "dynami
 
 @dataclass(frozen=True)
 class EmulatedBench:
-    """Its loop is not running yet."""
+    """Emulated bench whose loop is not running yet."""
 
     loop: Loop
     plant: Plant
-    ports: dict[str, Path]  # by device: nose, arm, valve
+    ports: dict[str, Path]  # device name (nose, arm, valve) to port
 
 
 @contextlib.contextmanager
-def emulate_bench(choice: EmulatorOptions, sim: MujocoSim) -> Iterator[EmulatedBench]:
-    """The ports are there until the end. Raises BadInput for what does not go together."""
-    choice.refuse_another_sensor(sim)
-    schedule = choice.schedule()
-    _load(sim)
-    with sim.plant() as plant, _folder(choice.out) as folder:
-        lab, agenda = RealtimePlant(plant, sim.arm, choice.speed), EventQueue()
+def emulate_bench(options: EmulatorOptions, sim: MujocoSim) -> Iterator[EmulatedBench]:
+    """Create the bench; its ports exist until the end of the context. Raises BadInput for options that do not fit together."""
+    options.refuse_another_sensor(sim)
+    schedule = options.schedule()
+    _warm_up_kernels(sim)
+    with sim.plant() as plant, _folder(options.out) as folder:
+        realtime, agenda = RealtimePlant(plant, sim.arm, options.speed), EventQueue()
         served = {
             name: EmulatedPort(
-                device, PseudoTerminal(folder / name), trouble, agenda, choice.speed, sim.seeds.rng("disturbance", f"wire {name}")
+                device, PseudoTerminal(folder / name), trouble, agenda, options.speed, sim.seeds.rng("disturbance", f"wire {name}")
             )
-            for name, device, trouble in _devices(choice, sim, lab)
+            for name, device, trouble in _devices(options, sim, realtime)
         }
         with _plugged([each.port for each in served.values()]):
-            yield EmulatedBench(Loop(lab, served, agenda, schedule), plant, {name: each.port.link for name, each in served.items()})
+            yield EmulatedBench(Loop(realtime, served, agenda, schedule), plant, {name: each.port.link for name, each in served.items()})
 
 
-def _load(sim: MujocoSim) -> None:
-    """The first use of compiled code takes seconds, in which no device would answer: use it on air that nobody smells."""
+def _warm_up_kernels(sim: MujocoSim) -> None:
+    """Warm-up of compiled code, whose first use takes seconds in which no device would answer; uses an air of its own."""
     air = sim.air.open(np.random.default_rng(0), np.random.default_rng(0))
     air.present(np.zeros(3), sim.emission_ml_s)
     air.step(sim.joint_period_s)
     air.ppm(np.ones(3))
 
 
-def _devices(choice: EmulatorOptions, sim: MujocoSim, lab: RealtimePlant) -> Iterator[tuple[str, Device, set[str]]]:
+def _devices(options: EmulatorOptions, sim: MujocoSim, realtime: RealtimePlant) -> Iterator[tuple[str, Device, set[str]]]:
     trouble = set[str]()
-    yield "nose", _nose(choice.nose, sim, lab, trouble), trouble
-    if choice.arm != "none":
+    yield "nose", _nose(options.nose, sim, realtime, trouble), trouble
+    if options.arm != "none":
         trouble = set()
-        yield "arm", BUSES[choice.arm](lab, trouble), trouble
-    if choice.valve != "none":
+        yield "arm", BUSES[options.arm](realtime, trouble), trouble
+    if options.valve != "none":
         trouble = set()
-        hold_s = HOLD_S * max(1.0, choice.speed / 4.0)  # its host says once a second of its own that it is alive
-        yield "valve", Valve(lab.present, trouble, hold_s), trouble
+        hold_s = HOLD_S * max(1.0, options.speed / 4.0)  # the heartbeat of its host has a period of 1 s of the host's time
+        yield "valve", Valve(realtime.present, trouble, hold_s), trouble
 
 
-def _nose(driver: str, sim: MujocoSim, lab: RealtimePlant, trouble: Trouble) -> Device:
+def _nose(driver: str, sim: MujocoSim, realtime: RealtimePlant, trouble: Trouble) -> Device:
     sensor = sim.sensor
     if driver == "line":
-        bits: int = getattr(sensor, "adc_bits")  # noqa: B009  # a protocol has no such field; refused before if it is not there
-        return LineNose(Electronics(lab.raw, (1 << bits) - 1, trouble), sensor.elements, bits, trouble)
+        bits: int = getattr(sensor, "adc_bits")  # noqa: B009  # not in the protocol; checked by refuse_another_sensor
+        return LineNose(Electronics(realtime.raw, (1 << bits) - 1, trouble), sensor.elements, bits, trouble)
     update_s: float = getattr(sensor, "dynamics").update_s  # noqa: B009
     if driver == "scd30":
-        return scd30.Scd30(Electronics(lab.raw, scd30.FULL_PPM, trouble), update_s, trouble)
-    return scd41.SensorBridge(scd41.Scd41(Electronics(lab.raw, scd41.FULL_PPM, trouble), update_s), trouble)
+        return scd30.Scd30(Electronics(realtime.raw, scd30.FULL_PPM, trouble), update_s, trouble)
+    return scd41.SensorBridge(scd41.Scd41(Electronics(realtime.raw, scd41.FULL_PPM, trouble), update_s), trouble)
 
 
 @contextlib.contextmanager
 def _folder(given: str | None) -> Iterator[Path]:
     if given is None:
-        with tempfile.TemporaryDirectory(prefix="oio-emulate-") as made:  # nobody else may look in
+        with tempfile.TemporaryDirectory(prefix="oio-emulate-") as made:  # created with access for this user only
             yield Path(made)
         return
     folder = Path(given).expanduser().absolute()
@@ -112,7 +112,7 @@ def _plugged(ports: list[PseudoTerminal]) -> Iterator[None]:
 
 
 def _refuse_taken(link: Path) -> None:
-    """A link that leads nowhere is what an emulator left that was killed."""
+    """Refuse a link in use; a dangling link, left by an emulator that was killed, is removed."""
     if link.is_symlink() and not link.exists():
         link.unlink()
     if os.path.lexists(link):

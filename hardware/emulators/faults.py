@@ -1,4 +1,4 @@
-"""What can be wrong with a device, and when: `nose.unplug@20:3+arm.noise@31`, or `random:SEED`."""
+"""Fault injection: fault kinds of each device and their schedule, `nose.unplug@20:3+arm.noise@31` or `random:SEED`."""
 
 import math
 import re
@@ -33,7 +33,7 @@ EXAMPLE = "faults=nose.unplug@20:3+arm.noise@31"
 
 
 def kinds(nose: str, arm: str, valve: str) -> dict[str, dict[str, str]]:
-    """What each device can have, with a sentence for each, by driver."""
+    """Fault kinds of each device, with a description of each, for the given drivers."""
     all_kinds = {"nose": {**WIRE, **NOSE, **(CLOCK if nose == "line" else {})}}
     if arm != "none":
         all_kinds["arm"] = {**WIRE, **ARM}
@@ -44,7 +44,7 @@ def kinds(nose: str, arm: str, valve: str) -> dict[str, dict[str, str]]:
 
 @dataclass(frozen=True)
 class Fault:
-    """One trouble of one device, in seconds of the world since somebody first spoke to a device."""
+    """One fault of one device; times in world seconds since the first request to any device."""
 
     device: str
     kind: str
@@ -54,7 +54,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Chance:
-    """How random schedules are drawn."""
+    """Parameters of a random fault schedule."""
 
     count: int
     within_s: float
@@ -62,7 +62,7 @@ class Chance:
 
 
 def read(text: str, allowed: Mapping[str, Collection[str]], for_s: float, chance: Chance) -> tuple[Fault, ...]:
-    """The schedule; `for_s` is how long a fault lasts that does not say so. Raises BadInput."""
+    """Parse a fault schedule; `for_s` is the duration of a fault without one. Raises BadInput."""
     if text.startswith("random:"):
         return _drawn(text, allowed, chance)
     return tuple(_fault(word, allowed, for_s) for word in text.split("+"))
@@ -90,19 +90,19 @@ def _drawn(text: str, allowed: Mapping[str, Collection[str]], chance: Chance) ->
 
 
 def _random(rng: np.random.Generator, choices: list[tuple[str, str]], chance: Chance) -> Fault:
-    """As many short ones as long ones: durations are even in their logarithm."""
+    """Draw one fault; its duration is log-uniform."""
     device, kind = choices[int(rng.integers(len(choices)))]
     for_s = math.exp(rng.uniform(math.log(0.01 * chance.longest_s), math.log(chance.longest_s)))
     return Fault(device, kind, round(float(rng.uniform(0.0, chance.within_s)), 2), round(for_s, 2))
 
 
 def now(faults: Iterable[Fault], device: str, t_s: float) -> set[str]:
-    """The kinds that a device has at t_s."""
+    """Return the fault kinds active on a device at t_s."""
     return {fault.kind for fault in faults if fault.device == device and fault.at_s <= t_s < fault.at_s + fault.for_s}
 
 
 def spoilt(data: bytes, trouble: Collection[str], rng: np.random.Generator) -> bytes:
-    """What is left of a message on a wire in trouble."""
+    """Return a message as corrupted by the active wire faults."""
     if "checksum" in trouble:
         at = int(rng.integers(len(data)))
         data = data[:at] + bytes((data[at] ^ 1 << int(rng.integers(8)),)) + data[at + 1 :]

@@ -1,6 +1,6 @@
-"""A bus of Feetech STS3215 servos (memory table: see hardware/codecs/sts.py), ids from 1.
+"""Emulated bus of Feetech STS3215 servos (memory table: see hardware/codecs/sts.py), ids from 1.
 
-Only position mode moves anything. EPROM behind its lock cannot be written at all; in a real servo such a change lasts until power-off.
+Only position mode moves a joint. Locked EPROM cannot be written at all; in a real servo such a change lasts until power-off.
 """
 
 from hardware.codecs import sts
@@ -8,7 +8,7 @@ from hardware.emulators.bus import TICK_S, Bus
 from hardware.emulators.device import Joints, Trouble
 from hardware.emulators.motor import COUNTS, Memory, Motor
 
-SIZE, EPROM = 128, 40  # bytes of the table; below 40 it is EPROM
+SIZE, EPROM = 128, 40  # bytes of the emulated table; below 40 it is EPROM
 READ_ONLY = (range(0, 5), range(56, 71))
 FACTORY = {
     sts.MODEL: sts.STS3215_MODEL,
@@ -23,39 +23,39 @@ FACTORY = {
     sts.PRESENT_VOLTAGE: 74,
 }
 OFFSET_SIGN, POSITION_SIGN, LOAD_SIGN = 11, 15, 10
-MOVES_COUNTS_S = 20.0  # assumption: faster than this it says that it moves
+MOVES_COUNTS_S = 20.0  # assumption: above this speed the MOVING register is set
 
 
 class Servo:
-    """One of them. Position is the encoder's count less the homing offset, within one turn; velocity is in counts/s."""
+    """Emulated STS3215. Position is the encoder count less the homing offset, within one turn; velocity is in counts/s."""
 
     def __init__(self, id: int, motor: Motor, trouble: Trouble) -> None:
         self.id, self._motor, self._trouble = id, motor, trouble
         self._memory = Memory(SIZE, FACTORY | {sts.ID: id})
-        self._sense()
+        self._refresh()
         self._memory[sts.GOAL_POSITION] = self._memory[sts.PRESENT_POSITION]
 
     @property
     def delay_s(self) -> float:
-        """Before it answers."""
+        """Return delay before a reply [s]."""
         return self._memory[sts.RETURN_DELAY] * TICK_S
 
     def tick(self, t_s: float) -> None:
-        """Too hot, it lets go."""
+        """Advance to t_s; on overheating disable torque."""
         self._motor.tick(t_s)
         if self._error & sts.OVERHEAT and self._memory[sts.TORQUE_ENABLE]:
             self._memory[sts.TORQUE_ENABLE] = 0
             self._motor.let_go()
 
-    def powered(self) -> None:
-        """Limp, and its goal is where it is."""
-        self._sense()
+    def power_on(self) -> None:
+        """Restart with torque disabled and the goal at the present position."""
+        self._refresh()
         self._memory[sts.TORQUE_ENABLE] = 0
         self._memory[sts.GOAL_POSITION] = self._memory[sts.PRESENT_POSITION]
         self._motor.let_go()
 
     def obey(self, instruction: int, params: bytes) -> bytes:
-        """Its status packet; nothing if it does not know the instruction."""
+        """Execute an instruction; return its status packet, or nothing for an unknown instruction."""
         if "nack" in self._trouble:
             return sts.status(self.id, sts.OVERLOAD)
         if instruction == sts.PING:
@@ -67,15 +67,15 @@ class Servo:
         return b""
 
     def told(self, address: int, length: int) -> bytes:
-        """The status packet of a read."""
+        """Return the status packet of a read."""
         if "nack" in self._trouble:
             return sts.status(self.id, sts.OVERLOAD)
-        self._sense()
+        self._refresh()
         data = self._memory.read(address, length)
         return b"" if data is None else sts.status(self.id, self._error, data)
 
     def write(self, address: int, data: bytes) -> int:
-        """Byte by byte, where it may be written; nothing is said of the rest."""
+        """Write byte by byte where it is allowed, ignoring the rest; return the error bits."""
         held, locked = self._memory[sts.TORQUE_ENABLE], self._memory[sts.LOCK] != 0
         for at, byte in enumerate(data, address):
             if at < SIZE and not (at < EPROM and locked) and not any(at in span for span in READ_ONLY):
@@ -100,8 +100,8 @@ class Servo:
             allowed = min(max(goal, self._memory[sts.MIN_POSITION]), self._memory[sts.MAX_POSITION])
             self._motor.drive(allowed + self._offset)
 
-    def _sense(self) -> None:
-        """What is read changes by itself."""
+    def _refresh(self) -> None:
+        """Refresh the measured registers."""
         memory, motor = self._memory, self._motor
         speed = round(motor.counts_per_s)
         memory[sts.PRESENT_POSITION] = (motor.count - self._offset) % COUNTS
@@ -112,16 +112,16 @@ class Servo:
 
 
 class Feetech(Bus):
-    """All of them."""
+    """Emulated bus of Feetech servos, ids from 1."""
 
     def __init__(self, joints: Joints, trouble: Trouble) -> None:
         super().__init__({i + 1: Servo(i + 1, Motor(joints, i, trouble), trouble) for i in range(joints.count)}, trouble)
         self._packets = sts.Packets()
 
     def _answer(self, data: bytes) -> bytes:
-        return b"".join(self._obey(packet) for packet in self._packets.feed(data))
+        return b"".join(self._execute(packet) for packet in self._packets.feed(data))
 
-    def _obey(self, packet: sts.Packet) -> bytes:
+    def _execute(self, packet: sts.Packet) -> bytes:
         p = packet.params
         if packet.code == sts.SYNC_READ and len(p) >= 2:
             return self._read_all(p[0], p[1], p[2:])

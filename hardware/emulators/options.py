@@ -1,4 +1,4 @@
-"""What is to be emulated: the words of `python -m hardware.emulate`, its own keys apart from those of the simulated bench."""
+"""Command line options of `python -m hardware.emulate`, separated from the overrides of the simulated bench."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from hardware.emulators.faults import read as read_faults
 from oio.core.errors import BadInput
 from oio.core.settings import in_range, settings
 
-SENSORS = {"scd30": "ndir", "scd41": "pa", "line": "ec"}  # what a nose carries unless another sensor is asked for
+SENSORS = {"scd30": "ndir", "scd41": "pa", "line": "ec"}  # default sensor of each nose
 ALLOWED = {"nose": tuple(SENSORS), "arm": ("feetech", "dynamixel", "none"), "valve": ("line", "none")}
 EXAMPLE = "python -m hardware.emulate nose=scd30 arm=feetech air=draft"
 
@@ -34,7 +34,7 @@ class EmulatorOptions:
     until_eof: bool
 
     def check(self) -> None:
-        """Refuse unknown devices and senseless numbers."""
+        """Refuse unknown devices and numbers out of range."""
         for key, allowed in ALLOWED.items():
             given = getattr(self, key)
             if given not in allowed:
@@ -43,29 +43,29 @@ class EmulatorOptions:
         in_range(self, random_count=(1, 100), random_within_s=(0, 1e6), random_longest_s=(0.01, 3600))
 
     def schedule(self) -> tuple[Fault, ...]:
-        """Of the faults. Raises BadInput."""
+        """Return the fault schedule. Raises BadInput."""
         if self.faults is None:
             return ()
         chance = Chance(self.random_count, self.random_within_s, self.random_longest_s)
         return read_faults(self.faults, kinds(self.nose, self.arm, self.valve), self.fault_s, chance)
 
     def refuse_another_sensor(self, sim: MujocoSim) -> None:
-        """A part that says ppm cannot carry one that says counts, and the other way round."""
+        """Refuse a sensor that does not fit the nose: a ppm device cannot carry a sensor in ADC counts, and vice versa."""
         counts = hasattr(sim.sensor, "adc_bits")
         if counts != (self.nose == "line"):
-            fits = "nose=line, which says counts" if counts else "nose=scd30 or nose=scd41, which say ppm"
-            raise BadInput(f"sensor={sim.sensor.name} goes with {fits}, but nose={self.nose} was given.")
+            suitable = "nose=line, which says counts" if counts else "nose=scd30 or nose=scd41, which say ppm"
+            raise BadInput(f"sensor={sim.sensor.name} goes with {suitable}, but nose={self.nose} was given.")
 
 
 def read(arguments: Sequence[str], source: Path) -> tuple[EmulatorOptions, list[str]]:
-    """The choice and the overrides for the bench. Raises BadInput for what is no KEY=VALUE, is given twice, or is wrong."""
+    """Parse the options and the overrides of the bench. Raises BadInput for words that are not KEY=VALUE, duplicates and wrong values."""
     own: dict[str, Any] = yaml.safe_load(source.read_text(encoding="utf-8"))
     words = _words(arguments)
     if "backend" in words:
         raise BadInput(f"backend={words['backend']} was given, but what is emulated is always backend=mujoco. Leave it out.")
-    choice = _checked({**own, **{key: _value(key, text) for key, text in words.items() if key in own}})
+    options = _checked({**own, **{key: _value(key, text) for key, text in words.items() if key in own}})
     overrides = [f"{key}={text}" for key, text in words.items() if key not in own]
-    return choice, overrides if "sensor" in words else [f"sensor={SENSORS[choice.nose]}", *overrides]
+    return options, overrides if "sensor" in words else [f"sensor={SENSORS[options.nose]}", *overrides]
 
 
 def _words(arguments: Sequence[str]) -> dict[str, str]:
@@ -81,7 +81,7 @@ def _words(arguments: Sequence[str]) -> dict[str, str]:
 
 
 def _value(key: str, text: str) -> object:
-    """Paths and words stand for themselves; numbers, true and null are as in YAML."""
+    """Convert a value: paths and names stay text; numbers, true and null are as in YAML."""
     if key in (*ALLOWED, "out", "faults"):
         return None if text == "null" else text
     try:

@@ -1,4 +1,4 @@
-"""A port of our own: a pseudo-terminal behind a symbolic link, which can be unplugged and plugged in again under the same name."""
+"""Pseudo-terminal behind a symbolic link, as an emulated port that can be unplugged and replugged under the same name."""
 
 import contextlib
 import os
@@ -10,56 +10,56 @@ CHUNK = 4096
 
 
 class PseudoTerminal:
-    """The device's end. What is said while nobody has the port open is lost, as on a real wire."""
+    """Device end of a pseudo-terminal. Bytes written while no host has the port open are lost, as on a real wire."""
 
     def __init__(self, link: Path) -> None:
         self.link, self._fd = link, -1
-        self.listened = False  # whether somebody has it open, as of the last look
+        self.listened = False  # whether a host has it open, as of the last check
 
     @property
     def plugged(self) -> bool:
-        """Whether it is there."""
+        """Whether the port exists."""
         return self._fd >= 0
 
     def fileno(self) -> int:
-        """For select."""
+        """File descriptor, for select."""
         return self._fd
 
     def plug(self) -> None:
-        """A new pseudo-terminal under the same name."""
-        self._fd, theirs = os.openpty()
-        tty.setraw(theirs)
-        path = os.ttyname(theirs)
-        os.close(theirs)  # or we could not tell whether somebody has it open
+        """Create a new pseudo-terminal under the same name."""
+        self._fd, host_fd = os.openpty()
+        tty.setraw(host_fd)
+        path = os.ttyname(host_fd)
+        os.close(host_fd)  # else an open host end could not be detected
         os.set_blocking(self._fd, False)
         self.link.symlink_to(path)
 
     def unplug(self) -> None:
-        """Gone: whoever has it open reads its end."""
+        """Remove the port: a host that has it open reads end of file."""
         if self.plugged:
             os.close(self._fd)
             self._fd, self.listened = -1, False
         self.link.unlink(missing_ok=True)
 
     def look(self) -> None:
-        """See whether somebody has it open now."""
+        """Update whether a host has the port open."""
         if self.plugged:
             poll = select.poll()
             poll.register(self._fd, select.POLLIN)
             self.listened = not any(event & select.POLLHUP for _, event in poll.poll(0))
 
     def read(self) -> bytes:
-        """What has come in."""
+        """Return the bytes received."""
         try:
             return os.read(self._fd, CHUNK)
         except BlockingIOError:
             return b""
-        except OSError:  # nobody has it open any more
+        except OSError:  # no host has it open any more
             self.listened = False
             return b""
 
     def write(self, data: bytes) -> None:
-        """As much as the other end takes: nobody reads what overflows."""
+        """Write as much as the buffer takes; the rest is lost."""
         if self.plugged and self.listened:
             with contextlib.suppress(OSError):
                 os.write(self._fd, data)

@@ -1,4 +1,4 @@
-"""The plant in real time, and what devices can know of it."""
+"""Real-time plant: the simulated plant paced by the host clock, as the emulated devices observe it."""
 
 import time
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from hardware.simulation.plant import Plant
 from oio.core.records import Array, seconds
 from oio.kinematics.arm import Arm
 
-MAX_LATE_S = 0.25  # of the host: a plant that is later than this gives up the time it lost, or it would hurry for ever
+MAX_LATE_S = 0.25  # a plant that is later than this [host s] drops the time lost, else it would run at full speed to catch up
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,48 +21,48 @@ class _State:
 
 
 class RealtimePlant:
-    """`speed` seconds of the plant pass in one of the host.
+    """Plant of which `speed` seconds pass per host second.
 
-    The plant is always one tick ahead of the clock: between ticks an encoder turns evenly from one angle to the next, so it can be asked
-    a hundred times a second, and at any time, with ticks as long as those of `backend=mujoco`. Locked joints stay at home.
+    The plant is always one tick ahead of the clock. Between ticks joint angles are interpolated linearly, so encoders can be read at any
+    time, a hundred times a second, with ticks as long as those of `backend=mujoco`. Locked joints stay at home.
     """
 
     def __init__(self, plant: Plant, arm: Arm, speed: float, clock: Callable[[], float] = time.monotonic) -> None:
         self._plant, self._speed, self._clock = plant, speed, clock
         self._home, self._dof = np.array(arm.home_rad), arm.dof
         self._goals = self._home.copy()
-        self._began_s, self.slipped_s = clock(), 0.0  # slipped: seconds of the host that were given up
+        self._start_s, self.slipped_s = clock(), 0.0  # slipped: time dropped [host s]
         self._before = self._after = self._state()
 
     def _state(self) -> _State:
         angles, loads = self._home.copy(), np.zeros(len(self._home))
-        angles[: self._dof], loads[: self._dof] = self._plant.turned(), self._plant.load()
+        angles[: self._dof], loads[: self._dof] = self._plant.fine_angles(), self._plant.load()
         return _State(seconds(self._plant.t_ns), angles, loads)
 
     def begin(self) -> None:
-        """Time passes from now on."""
-        self._began_s = self._clock() - self._before.t_s / self._speed
+        """Start the clock."""
+        self._start_s = self._clock() - self._before.t_s / self._speed
 
     @property
     def t_s(self) -> float:
-        """Seconds of the plant's world now; it waits if the plant is late."""
-        return min(max((self._clock() - self._began_s) * self._speed, self._before.t_s), self._after.t_s)
+        """Plant time [s] now; it waits for a plant that is late."""
+        return min(max((self._clock() - self._start_s) * self._speed, self._before.t_s), self._after.t_s)
 
     @property
     def due_s(self) -> float:
-        """When the next tick is due, by the host's clock."""
-        return self._began_s + self._after.t_s / self._speed
+        """Host time of the next tick [s]."""
+        return self._start_s + self._after.t_s / self._speed
 
     @property
     def tick_s(self) -> float:
-        """The plant's time of the tick that is due next: it has come that far."""
+        """Plant time of the next tick [s], up to which the plant has been computed."""
         return self._after.t_s
 
     def tick(self) -> None:
-        """Let the plant go on; devices must have seen it as it was."""
+        """Advance the plant; the devices must have observed the present state before."""
         late_s = self._clock() - self.due_s
         if late_s > MAX_LATE_S:
-            self._began_s += late_s
+            self._start_s += late_s
             self.slipped_s += late_s
         self._plant.tick(self._goals[: self._dof])
         self._before, self._after = self._after, self._state()
@@ -85,8 +85,8 @@ class RealtimePlant:
         before, after = self._before, self._after
         if after is before:
             return after.angles
-        share = (self.t_s - before.t_s) / (after.t_s - before.t_s)
-        return np.asarray(before.angles + share * (after.angles - before.angles))
+        fraction = (self.t_s - before.t_s) / (after.t_s - before.t_s)
+        return np.asarray(before.angles + fraction * (after.angles - before.angles))
 
     def speeds(self) -> Array:
         """See `Joints`."""
@@ -98,5 +98,5 @@ class RealtimePlant:
         return self._after.loads
 
     def steer(self, joint: int, goal_rad: float) -> None:
-        """See `Joints`; locked joints have their brakes on."""
+        """See `Joints`; locked joints do not move."""
         self._goals[joint] = goal_rad

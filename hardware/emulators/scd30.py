@@ -1,6 +1,6 @@
-"""A Sensirion SCD30 as a Modbus slave (interface description v1.0, May 2020): 19 200 baud, address 0x61.
+"""Emulated Sensirion SCD30 as a Modbus slave (interface description v1.0, May 2020): 19 200 baud, address 0x61.
 
-New values come every `update_s` of the sensor's profile, whatever its interval register says: profile=paper is quicker than any real part.
+New values come every `update_s` of the sensor's profile, whatever the interval register holds: profile=paper is faster than any real part.
 """
 
 from hardware.codecs import modbus
@@ -9,7 +9,7 @@ from hardware.emulators.device import Electronics, Trouble
 ADDRESS = 0x61
 FIRMWARE, INTERVAL, READY, VALUES, RESET, START, STOP = 0x20, 0x25, 0x27, 0x28, 0x34, 0x36, 0x37
 ALTITUDE, RECALIBRATION, SELF_CALIBRATION, TEMPERATURE_OFFSET = 0x38, 0x39, 0x3A, 0x3B
-SETTINGS = {  # register: range that may be written
+SETTINGS = {  # register: range of values that may be written
     INTERVAL: (2, 1800),
     RESET: (1, 1),
     START: (0, 1400),
@@ -21,13 +21,13 @@ SETTINGS = {  # register: range that may be written
 }
 VERSION_3_66 = 0x0342  # a firmware of 2019
 FULL_PPM = 40_000.0
-BOOT_S = 2.0  # data sheet: at most
+BOOT_S = 2.0  # data sheet: maximum
 THINK_S = 0.003  # assumption: at least the 3.5 characters of silence that end a Modbus frame take 1.8 ms
-DEGC, PCT_RH = 25.0, 50.0  # of the room, as far as this wire tells
+DEGC, PCT_RH = 25.0, 50.0  # room conditions reported on this wire
 
 
 class Scd30:
-    """Its registers, and a measurement when one is due."""
+    """Registers of the SCD30, and a measurement when one is due."""
 
     baud, pause_s, boots_when_opened = 19_200, THINK_S, False
 
@@ -36,16 +36,16 @@ class Scd30:
         self._requests = modbus.Requests(ADDRESS)
         self._words = dict.fromkeys(SETTINGS, 0) | {FIRMWARE: VERSION_3_66, INTERVAL: 2, READY: 0, RECALIBRATION: 400}
         self._words |= dict.fromkeys(range(VALUES, VALUES + 6), 0)
-        self._t_s, self._awake_s, self._due_s = 0.0, 0.0, update_s
-        self._measures = True  # it goes on after power-up if it measured before: a part that was used once
+        self._t_s, self._booted_s, self._due_s = 0.0, 0.0, update_s
+        self._measures = True  # retained over power-up; taken as on: a part that was used before
 
-    def powered(self, t_s: float) -> None:
-        """It boots; the settings and whether it measures are kept."""
-        self._t_s, self._awake_s, self._due_s = t_s, t_s + BOOT_S, t_s + BOOT_S + self._update_s
+    def power_on(self, t_s: float) -> None:
+        """Reboot; the settings and whether it measures are retained."""
+        self._t_s, self._booted_s, self._due_s = t_s, t_s + BOOT_S, t_s + BOOT_S + self._update_s
         self._requests, self._words[READY] = modbus.Requests(ADDRESS), 0
 
-    def spoken(self, t_s: float) -> bytes:
-        """Measures; says nothing unasked."""
+    def tick(self, t_s: float) -> bytes:
+        """Measure if it is due; nothing is sent unsolicited."""
         self._t_s = t_s
         if self._measures and t_s >= self._due_s - 1e-9:
             self._due_s += self._update_s
@@ -54,15 +54,15 @@ class Scd30:
         return b""
 
     def answer(self, data: bytes) -> bytes:
-        """Replies and refusals; nothing while it boots."""
+        """Return replies and exception responses; nothing during the boot."""
         requests = self._requests.feed(data)
-        return b"" if self._t_s < self._awake_s else b"".join(self._obey(request) for request in requests)
+        return b"" if self._t_s < self._booted_s else b"".join(self._execute(request) for request in requests)
 
-    def _obey(self, request: modbus.Request) -> bytes:
+    def _execute(self, request: modbus.Request) -> bytes:
         if "nack" in self._trouble:
             return modbus.refusal(ADDRESS, request.function, modbus.DEVICE_FAILURE)
         if request.function == modbus.WRITE:
-            return self._written(request.register, request.value)
+            return self._write(request.register, request.value)
         registers = range(request.register, request.register + request.value)
         if not 1 <= len(registers) <= modbus.MOST_WORDS or any(register not in self._words for register in registers):
             return modbus.refusal(ADDRESS, request.function, modbus.ILLEGAL_ADDRESS)
@@ -71,7 +71,7 @@ class Scd30:
             self._words[READY] = 0
         return reply
 
-    def _written(self, register: int, value: int) -> bytes:
+    def _write(self, register: int, value: int) -> bytes:
         if register not in SETTINGS:
             return modbus.refusal(ADDRESS, modbus.WRITE, modbus.ILLEGAL_ADDRESS)
         low, high = SETTINGS[register]
@@ -83,7 +83,7 @@ class Scd30:
 
     def _act(self, register: int) -> None:
         if register == RESET:
-            self.powered(self._t_s)
+            self.power_on(self._t_s)
         elif register == STOP:
             self._measures = False
         elif register == START and not self._measures:

@@ -1,4 +1,4 @@
-"""A Sensirion SCD41 (data sheet v1.7, April 2025) behind a SEK-SensorBridge: SHDLC at 460 800 baud.
+"""Emulated Sensirion SCD41 (data sheet v1.7, April 2025) behind a SEK-SensorBridge: SHDLC at 460 800 baud.
 
 New values come every `update_s` of the sensor's profile: 5 s for the real part.
 """
@@ -11,43 +11,43 @@ OK, UNKNOWN_COMMAND, WRONG_DATA, TIMEOUT = 0x00, 0x02, 0x04, shdlc.I2C_TIMEOUT  
 INFORMATION = {0: b"00070000\0", 1: b"SEK-SensorBridge\0", 2: b"1-101830-01\0", 3: b"EMULATED\0"}  # type, name, article, serial number
 VERSION = bytes((1, 6, 0, 1, 0, 1, 0))  # firmware 1.6, no debug build, hardware 1.0, protocol 1.0
 SERIAL = (0xF896, 0x9F07, 0x3BBE)  # the data sheet's example
-VARIANT = 0x1440  # seen on a real SCD41
-READY_BITS = 0x8006  # low 11 bits not zero; 0x8000 if nothing waits
+VARIANT = 0x1440  # as read from a real SCD41
+READY_BITS = 0x8006  # low 11 bits not zero; 0x8000 if no measurement is ready
 STOP_S = 0.5  # busy after STOP
 BUSY_S = {scd4x.SINGLE_SHOT: 5.0, scd4x.FORCED_RECALIBRATION: 0.4, scd4x.SELF_TEST: 10.0, scd4x.REINIT: 0.03}
 FULL_PPM = 40_000.0
-THINK_S = 0.001  # 1 ms: command and answer on I2C
-DEGC, PCT_RH = 25.0, 50.0  # of the room, as far as this wire tells
+THINK_S = 0.001  # processing time: 1 ms for command and answer on I2C
+DEGC, PCT_RH = 25.0, 50.0  # room conditions reported on this wire
 
 
 class Scd41:
-    """What stands behind I2C address 0x62; None is a NACK."""
+    """Emulated sensor at I2C address 0x62; None stands for a NACK."""
 
     def __init__(self, electronics: Electronics, update_s: float) -> None:
         self._electronics, self._update_s = electronics, update_s
         self._on, self._measures, self._t_s, self._busy_until_s, self._due_s = False, False, 0.0, 0.0, 0.0
-        self._buffer: tuple[int, ...] = ()  # a measurement that was not read yet
+        self._buffer: tuple[int, ...] = ()  # measurement that has not been read yet
         self._reply = b""
 
     def supply(self, on: bool) -> None:
-        """Switched on it is idle."""
+        """Switch the supply; after switching on it is idle."""
         if on != self._on:
             self._on, self._measures, self._buffer, self._reply = on, False, (), b""
 
     def measure(self, t_s: float) -> None:
-        """If it is due at t_s."""
+        """Measure if it is due at t_s."""
         self._t_s = t_s
         if self._measures and t_s >= self._due_s - 1e-9:
             self._due_s += self._update_s
             self._buffer = scd4x.words_measured(self._electronics.raw(0), DEGC, PCT_RH)
 
     def transfer(self, tx: bytes, rx_len: int) -> bytes | None:
-        """Write, then read: either may be missing, as when the host waits in between."""
+        """I2C transfer: write, then read; either may be empty, as when the host waits in between."""
         if not self._on or self._t_s < self._busy_until_s:
             return None
         if tx:
             asked = scd4x.commanded(tx)
-            words = None if asked is None else self._obey(asked[0])
+            words = None if asked is None else self._execute(asked[0])
             if words is None:
                 return None
             self._reply = scd4x.packed(words)
@@ -55,8 +55,8 @@ class Scd41:
         self._reply = self._reply[rx_len:]
         return reply if len(reply) == rx_len else None
 
-    def _obey(self, command: int) -> tuple[int, ...] | None:
-        """The words it answers."""
+    def _execute(self, command: int) -> tuple[int, ...] | None:
+        """Execute a command; return the words of its reply."""
         if command == scd4x.READY:
             return (READY_BITS if self._buffer else 0x8000,)
         if command == scd4x.READ:
@@ -67,10 +67,10 @@ class Scd41:
             return ()
         if command == scd4x.PRESSURE:
             return ()
-        return None if self._measures else self._idle(command)
+        return None if self._measures else self._execute_idle(command)
 
-    def _idle(self, command: int) -> tuple[int, ...] | None:
-        """Commands that it takes only while it does not measure."""
+    def _execute_idle(self, command: int) -> tuple[int, ...] | None:
+        """Execute a command that is accepted only while it does not measure."""
         self._busy_until_s = self._t_s + BUSY_S.get(command, 0.0)
         if command == scd4x.START:
             self._measures, self._due_s = True, self._t_s + self._update_s
@@ -82,33 +82,33 @@ class Scd41:
 
 
 class SensorBridge:
-    """The bridge, with one SCD41 at its first port."""
+    """Emulated bridge with one SCD41 at its first port."""
 
     baud, pause_s, boots_when_opened = 460_800, THINK_S, False
 
     def __init__(self, sensor: Scd41, trouble: Trouble) -> None:
         self._sensor, self._trouble, self._frames = sensor, trouble, shdlc.Mosi()
 
-    def powered(self, t_s: float) -> None:
-        """The bridge's supply is off at first."""
+    def power_on(self, t_s: float) -> None:
+        """Restart with the sensor's supply off."""
         self._frames = shdlc.Mosi()
         self._sensor.supply(False)
 
-    def spoken(self, t_s: float) -> bytes:
-        """The sensor measures; nothing is said unasked."""
+    def tick(self, t_s: float) -> bytes:
+        """Advance the sensor; nothing is sent unsolicited."""
         self._sensor.measure(t_s)
         return b""
 
     def answer(self, data: bytes) -> bytes:
-        """One frame back for each that is addressed to it."""
-        return b"".join(self._obey(frame) for frame in self._frames.feed(data) if frame.address == BRIDGE)
+        """Return one frame per request addressed to the bridge."""
+        return b"".join(self._execute(frame) for frame in self._frames.feed(data) if frame.address == BRIDGE)
 
-    def _obey(self, frame: shdlc.Frame) -> bytes:
-        state, data = self._done(frame.command, frame.data)
+    def _execute(self, frame: shdlc.Frame) -> bytes:
+        state, data = self._run_command(frame.command, frame.data)
         return shdlc.miso(BRIDGE, frame.command, state, data)
 
-    def _done(self, command: int, data: bytes) -> tuple[int, bytes]:
-        """State and data of the answer."""
+    def _run_command(self, command: int, data: bytes) -> tuple[int, bytes]:
+        """Execute a bridge command; return state and data of the reply."""
         if "nack" in self._trouble:
             return shdlc.NACK, b""
         if command == scd4x.TRANSCEIVE:

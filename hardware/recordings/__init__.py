@@ -1,4 +1,4 @@
-"""Real recordings: one loader per format. All are read alike, and what cannot be used is counted, never guessed.
+"""Loaders of real recordings, one per format. All are read alike; unusable rows are counted, never guessed.
 
 May import: `oio`. May not import: drivers, simulation, worlds.
 """

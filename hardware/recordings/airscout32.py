@@ -1,4 +1,4 @@
-"""AirScout32 (github.com/callmewire/AirScout32): SCD40 and MiCS-5524 side by side in one room, a row about every 11 s."""
+"""Loader of AirScout32 (github.com/callmewire/AirScout32): SCD40 and MiCS-5524 side by side in one room, a row about every 11 s."""
 
 from collections.abc import Mapping
 
@@ -10,30 +10,30 @@ from oio.core.settings import settings
 
 @settings
 class AirScout32:
-    """One session. Its place and its sources are unknown.
+    """One session of AirScout32. Position and sources are unknown.
 
-    Gas1 is CO2 in ppm. Gas2 is a MiCS index relative to its own baseline, in no unit: it is played as if it were ppm,
-    so its drift and its noise are real, and its level means nothing.
+    Gas1 is CO2 in ppm. Gas2 is a MiCS index relative to its own baseline, dimensionless: it is played as if it were ppm,
+    so its drift and its noise are real, and its level has no meaning.
     """
 
     name: str
     file: str  # below OIO_DATA
-    origin: str  # where the file can be had
+    origin: str  # download address of the file
     columns: tuple[str, ...]  # one per element of the alternating pair
     saturated_ppm: float
 
     def load(self) -> RecordedRows:
-        """Read the file; raises BadInput if it is missing or cannot be used."""
+        """Read the file; raises BadInput if it is missing or unusable."""
         return self.parse(read_recording(self.file, self.origin))
 
     def parse(self, data: bytes) -> RecordedRows:
-        """The usable rows of a file's bytes; raises BadInput if there are none."""
+        """Return the usable rows of a file's bytes; raises BadInput if there are none."""
         form = TextFormat("utf-8-sig", ",", "Timestamp", _milliseconds, self.columns, self.saturated_ppm)
         table = read_table(data, form, self.file)
         return RecordedRows(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
 
     def parts(self) -> Mapping[str, Part]:
-        """The whole session plays while nothing is presented."""
+        """Return the parts: the whole session, played while no source is presented."""
         return {"none": Part(self.load())}
 
 

@@ -1,4 +1,4 @@
-"""Four SCD30 (NDIR) units in one room (github.com/AminDar/CO2-Sensors): polled every 1 s, later 9 s; each updates every 2.06 s."""
+"""Loader of four SCD30 (NDIR) units in one room (github.com/AminDar/CO2-Sensors): polled every 1 s, later 9 s; each updates every 2.06 s."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -11,29 +11,29 @@ from oio.core.settings import settings
 
 @settings
 class Co2Scd30x4:
-    """One session. Lines end in CR alone; where the four units hung is not stated, so no place is known."""
+    """One session of four SCD30. Lines end in CR alone; the units' positions are not documented, so none is known."""
 
     name: str
     file: str  # below OIO_DATA
-    origin: str  # where the file can be had
+    origin: str  # download address of the file
     columns: tuple[str, ...]  # the units that make the alternating pair
     saturated_ppm: float
 
     def load(self) -> RecordedRows:
-        """Read the file; raises BadInput if it is missing or cannot be used."""
+        """Read the file; raises BadInput if it is missing or unusable."""
         return self.parse(read_recording(self.file, self.origin))
 
     def parse(self, data: bytes) -> RecordedRows:
-        """The usable rows of a file's bytes; raises BadInput if there are none."""
+        """Return the usable rows of a file's bytes; raises BadInput if there are none."""
         columns = tuple(f"Concentration [ppm] at {unit}" for unit in self.columns)
         table = read_table(data, TextFormat("utf-8-sig", ";", "Time", _clock, columns, self.saturated_ppm), self.file)
         return RecordedRows(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
 
     def parts(self) -> Mapping[str, Part]:
-        """The whole session plays while nothing is presented."""
+        """Return the parts: the whole session, played while no source is presented."""
         return {"none": Part(self.load())}
 
 
 def _clock(cell: str) -> float:
-    # the stamps name no zone; taken as UTC they cannot jump with this machine's summer time
+    # the time stamps have no zone; taken as UTC they do not jump with this machine's summer time
     return datetime.fromisoformat(cell).replace(tzinfo=UTC).timestamp()

@@ -1,4 +1,4 @@
-"""Finds a recording below the folder named by the environment variable OIO_DATA, and reads its bytes."""
+"""Data folder: reads a recording's bytes from below the folder in the environment variable OIO_DATA."""
 
 import gzip
 import os
@@ -9,9 +9,9 @@ from oio.core.errors import BadInput
 
 
 def read_recording(file: str, origin: str) -> bytes:
-    """The bytes of `file`, a path below OIO_DATA (default `data/`), unpacked if it ends in .gz.
+    """Return the bytes of `file`, a path below OIO_DATA (default `data/`), unpacked if it ends in .gz.
 
-    Raises BadInput if the file is missing (saying where it can be had: `origin`), unreadable or damaged.
+    Raises BadInput if the file is missing (with its download address, `origin`), unreadable or damaged.
     """
     path = Path(os.environ.get("OIO_DATA", "data")) / file
     if not path.is_file():
@@ -25,8 +25,8 @@ def read_recording(file: str, origin: str) -> bytes:
 
 def _missing(path: Path, origin: str) -> str:
     root = os.environ.get("OIO_DATA")
-    told = f"OIO_DATA is {root}" if root is not None else f"OIO_DATA is not set, so data/ in {Path.cwd()} was taken"
+    folder = f"OIO_DATA is {root}" if root is not None else f"OIO_DATA is not set, so data/ in {Path.cwd()} was taken"
     return (
-        f"the recording was looked for at {path}, but there is no such file; {told}. "
+        f"the recording was looked for at {path}, but there is no such file; {folder}. "
         f"Get it from {origin}, and type OIO_DATA=/folder/that/holds/{path.parent.name} python -m oio.run backend=recording ..."
     )

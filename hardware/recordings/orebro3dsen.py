@@ -1,4 +1,4 @@
-"""Orebro3DSEN (Burgues et al., Proceedings 2018, 2(13), 911): 27 MOX sensors in a room, one gas release per file, 2 Hz."""
+"""Loader of Orebro3DSEN (Burgues et al., Proceedings 2018, 2(13), 911): 27 MOX sensors in a room, one gas release per file, 2 Hz."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -14,26 +14,26 @@ from oio.core.settings import settings
 
 @settings
 class Orebro3DSEN:
-    """Two runs with one source place: one to calibrate with, one to search in.
+    """Two runs with one source position: one for calibration, one for the search.
 
-    Sensor C_ijk hangs at (x_m[i], y_m[j], z_m[k]).
+    Sensor C_ijk is at (x_m[i], y_m[j], z_m[k]).
     """
 
     name: str
     folder: str  # below OIO_DATA
-    origin: str  # where the files can be had
-    calibration: str  # the run for `none` (before its release) and `beacon` (after)
-    search: str  # the run for `source`
+    origin: str  # download address of the files
+    calibration: str  # run for `none` (before its release) and `beacon` (after)
+    search: str  # run for `source`
     x_m: tuple[float, float, float]
     y_m: tuple[float, float, float]
     z_m: tuple[float, float, float]
-    source_m: tuple[float, float, float]  # of both runs
-    release_s: float  # when gas begins, on the file's clock
-    settle_s: float  # left out after that, while the gas spreads
-    release_end_s: float  # when gas ends, on the file's clock
+    source_m: tuple[float, float, float]  # source position of both runs
+    release_s: float  # start of the release, on the file's clock
+    settle_s: float  # time skipped after that, while the gas spreads
+    release_end_s: float  # end of the release, on the file's clock
 
     def check(self) -> None:
-        """Refuse times that leave nothing to play."""
+        """Refuse times that leave no rows to play."""
         if self.release_s <= 0 or self.settle_s < 0 or self.release_s + self.settle_s >= self.release_end_s:
             raise BadInput(
                 f"recording.release_s + settle_s is {self.release_s:g} + {self.settle_s:g} s, but both must come before "
@@ -41,20 +41,20 @@ class Orebro3DSEN:
             )
 
     def load(self) -> RecordedRows:
-        """Read the calibration run; raises BadInput if it is missing or cannot be used."""
+        """Read the calibration run; raises BadInput if it is missing or unusable."""
         return self._read(self.calibration)
 
     def parse(self, data: bytes, where: str) -> RecordedRows:
-        """The usable rows of a run's bytes; raises BadInput if there are none. `release_s` is moved to the clock of the first."""
+        """Return the usable rows of a run's bytes, with `release_s` on the clock of the first; raises BadInput if there are none."""
         names = tuple(f"C_{i}{j}{k} (ppm)" for i, j, k in product(range(3), repeat=3))
-        # mac_roman as the authors say; no value marks saturation, the ppm were computed in their laboratory
+        # encoding as stated by the authors; no value marks saturation, the ppm were computed in their laboratory
         table = read_table(data, TextFormat("mac_roman", ",", "t (s)", float, names, saturated=np.inf), where)
         place_m = np.array(list(product(self.x_m, self.y_m, self.z_m)))
         release_s = self.release_s - table.start_s
         return RecordedRows(where, table.t_s, table.values, place_m, np.array(self.source_m), release_s, table.dropped)
 
     def parts(self) -> Mapping[str, Part]:
-        """Clean air before the release, then the beacon; the search has a run of its own."""
+        """Return the parts: clean air before the release, then the beacon; the search has a run of its own."""
         clean = self.load()
         return {"none": Part(clean, until_s=clean.release_s), "beacon": self._gas(clean), "source": self._gas(self._read(self.search))}
 

@@ -1,4 +1,4 @@
-"""What a loader gives: the usable rows of one file, and the parts of a recording that play while a source is presented."""
+"""Data of a loader: the usable rows of one file, and the parts of a recording that play while a source is presented."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from oio.core.records import Array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedRows:
-    """The usable rows of one file; k rows of m columns, one column per element or, where places are known, per sensor.
+    """Usable rows of one file: k rows of m columns, one column per element or, where positions are known, per sensor.
 
     Raises ValueError if the shapes do not agree.
     """
 
     name: str
-    t_s: Array  # (k,) s since the first usable row, strictly rising
+    t_s: Array  # (k,) s since the first usable row, strictly increasing
     ppm: Array  # (k, m) ppm
-    place_m: Array | None  # (m, 3) m, where each column's sensor hung; None: one fixed place nobody wrote down
-    source_m: Array | None  # (3,) m, where gas was released; None: unknown
-    release_s: float  # when the release began, on the clock of `t_s`; 0 if there was none
+    place_m: Array | None  # (m, 3) m, position of each column's sensor; None: one fixed position, not documented
+    source_m: Array | None  # (3,) m, position of the release; None: unknown
+    release_s: float  # start of the release, on the clock of `t_s`; 0 if there was none
     dropped: Mapping[str, int]  # reason -> rows
 
     def __post_init__(self) -> None:
@@ -33,38 +33,38 @@ class RecordedRows:
 
     @property
     def account(self) -> str:
-        """One sentence on what was dropped and why, and where the recording is silent longest."""
+        """Summary of the dropped rows by reason and of the longest gap, as a sentence."""
         lost = sum(self.dropped.values())
         reasons = ", ".join(f"{count} {reason}" for reason, count in self.dropped.items())
-        said = f"{self.name}: dropped {lost} of {lost + len(self.t_s)} rows" + (f": {reasons}" if reasons else "")
+        summary = f"{self.name}: dropped {lost} of {lost + len(self.t_s)} rows" + (f": {reasons}" if reasons else "")
         gaps = np.diff(self.t_s)
         longest = int(np.argmax(gaps))
-        return f"{said}; longest gap {gaps[longest]:.3g} s at {self.t_s[longest]:.0f} s"
+        return f"{summary}; longest gap {gaps[longest]:.3g} s at {self.t_s[longest]:.0f} s"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """The stretch of a recording from `from_s` up to, not including, `until_s`, on the clock of its `t_s`."""
+    """Interval of a recording from `from_s` up to, not including, `until_s`, on the clock of its `t_s`."""
 
     recorded: RecordedRows
     from_s: float = 0.0
     until_s: float = inf
-    source_m: Array | None = None  # (3,) m, the source that is active in this stretch; None: none or unknown
+    source_m: Array | None = None  # (3,) m, position of the active source in this interval; None: none or unknown
 
 
 @runtime_checkable
 class Loader(Protocol):
-    """A recording in some format. Building one reads nothing."""
+    """Protocol of a recording in some format. Creating one reads nothing."""
 
     @property
     def name(self) -> str:
-        """As typed after `recording=`."""
+        """Value of `recording=`."""
         ...
 
     def load(self) -> RecordedRows:
-        """Read the file (the one for calibration, if there are several); raises BadInput if it cannot be used."""
+        """Read the file (the one for calibration, if there are several); raises BadInput if it is unusable."""
         ...
 
     def parts(self) -> Mapping[str, Part]:
-        """Read all files: for each source that can be presented (`none`, `beacon`, `source`), the part that plays meanwhile."""
+        """Read all files and return, for each source that can be presented (`none`, `beacon`, `source`), the part that plays meanwhile."""
         ...

@@ -1,4 +1,4 @@
-"""Sensors, one transduction principle per file: raw to ppm and back, timing, noise.
+"""Gas sensor models, one transduction principle per file: raw to ppm and back, timing, noise.
 
 May import: `oio.core`, `hardware.simulation.specimen`. May not import: drivers, worlds, the filter's models.
 """

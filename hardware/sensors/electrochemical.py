@@ -1,4 +1,4 @@
-"""Amperometric cell behind a potentiostat (LMP91000): V = V_zero + I R_TIA, I = S C; ppm = (V - V_zero) / (R_TIA S)."""
+"""Amperometric electrochemical cell behind a potentiostat (LMP91000): V = V_zero + I R_TIA, I = S C; ppm = (V - V_zero) / (R_TIA S)."""
 
 import math
 
@@ -8,7 +8,7 @@ from oio.core.settings import settings
 
 @settings
 class Electrochemical(Nose):
-    """A cell of known sensitivity on a transimpedance amplifier and an ADC; the raw value is counts."""
+    """Electrochemical cell of known sensitivity with a transimpedance amplifier and an ADC; the raw value is in counts."""
 
     sensitivity_na_ppm: float  # S [nA/ppm]
     r_tia_ohm: float  # feedback resistor of the transimpedance amplifier
@@ -18,7 +18,7 @@ class Electrochemical(Nose):
 
     @property
     def counts_per_ppm(self) -> float:
-        """Slope of the law [counts/ppm]."""
+        """Sensitivity [counts/ppm]."""
         return self.sensitivity_na_ppm * 1e-9 * self.r_tia_ohm / self.v_ref * self._full
 
     @property
@@ -31,15 +31,15 @@ class Electrochemical(Nose):
         return (1 << self.adc_bits) - 1
 
     def raw(self, ppm: float) -> float:
-        """ppm to counts."""
+        """Convert ppm to counts."""
         return self.v_zero_fraction * self._full + self.counts_per_ppm * ppm
 
     def ppm_from_raw(self, raw: float) -> float:
-        """Counts to ppm; negative where the zero current is negative."""
+        """Convert counts to ppm; negative where the zero current is negative."""
         return (raw - self.v_zero_fraction * self._full) / self.counts_per_ppm
 
     def sigma_ppm(self, ppm: float) -> float:
-        """Noise of the cell and quantisation of the ADC (LSB^2 / 12)."""
+        """Standard deviation of the cell's noise and the ADC's quantisation (LSB^2 / 12) [ppm]."""
         return math.sqrt(self.spread.noise**2 + 1.0 / (12.0 * self.counts_per_ppm**2))
 
     def electronics(self, ppm: float, gain: float, signal: float) -> float:

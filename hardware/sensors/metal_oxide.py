@@ -1,4 +1,4 @@
-"""Heated metal oxide in a voltage divider: Rs = R0 A C^-B, V = V_cc R_L / (R_L + Rs). MQ and MiCS are two YAMLs of this file."""
+"""Metal oxide (MOX) sensor in a voltage divider: Rs = R0 A C^-B, V = V_cc R_L / (R_L + Rs). MQ and MiCS are two YAMLs of this file."""
 
 import math
 
@@ -8,12 +8,12 @@ from oio.core.settings import settings
 
 @settings
 class MetalOxide(Nose):
-    """A resistive sensor; the raw value is counts of the divider voltage. `spread` is in ln(resistance)."""
+    """Resistive sensor; the raw value is in counts of the divider voltage. `spread` is in ln(resistance)."""
 
-    r0_ohm: float  # resistance that the law is relative to
+    r0_ohm: float  # reference resistance of the law
     law_a: float  # A in Rs/R0 = A C^-B, C in ppm
     law_b: float  # B
-    air_ppm: float  # concentration at which the law gives the resistance in clean air
+    air_ppm: float  # concentration at which the law gives the resistance in clean air [ppm]
     load_ohm: float  # load resistor of the divider, low side
     adc_bits: int
 
@@ -28,21 +28,21 @@ class MetalOxide(Nose):
 
     @property
     def lowest_raw(self) -> float:
-        """One count: below it the law has no resistance."""
+        """Lower rail, one count: below it the law gives no resistance."""
         return 1.0
 
     def raw(self, ppm: float) -> float:
-        """ppm (above clean air) to counts."""
+        """Convert ppm above clean air to counts."""
         return self._counts(self.r0_ohm * self.law_a * (max(ppm, 0.0) + self.air_ppm) ** -self.law_b)
 
     def ppm_from_raw(self, raw: float) -> float:
-        """Counts to ppm above clean air of a nominal unit; counts at the rails are taken as one count inside them."""
+        """Convert counts to ppm above clean air for a nominal unit; counts at the rails are taken as one count inside them."""
         counts = min(max(raw, 1.0), self._full - 1.0)
         resistance = self.load_ohm * (self._full / counts - 1.0)
         return float((resistance / (self.r0_ohm * self.law_a)) ** (-1.0 / self.law_b) - self.air_ppm)
 
     def sigma_ppm(self, ppm: float) -> float:
-        """dC = C dR / (B R): noise in ln(R), and one count in the steepest place of the divider that this reading is at."""
+        """Standard deviation dC = C dR / (B R) [ppm]: noise in ln(R) and the quantisation of one count at this reading."""
         c = max(ppm + self.air_ppm, 1e-3)
         counts = min(max(self.raw(ppm), 1.0), self._full - 1.0)
         d_ln_r = self._full / (counts * (self._full - counts)) / math.sqrt(12.0)

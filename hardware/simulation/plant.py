@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from hardware.simulation.encoders import Encoders
-from hardware.simulation.physics import compiled
+from hardware.simulation.physics import compiled, nose_site, servo_of
 from oio.core.errors import BadInput, OioError
 from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, Truth, nanoseconds, seconds
@@ -67,15 +67,19 @@ class Plant:
         self._open, self._ppm = "none", spec.background_ppm
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._hinges = np.array([self._model.joint(name).id for name in arm.names])
-        self._servos = np.array([self._model.actuator(name).id for name in arm.names])
-        self._nose_m, self._angles, self._ctrl = self._data.site("nose").xpos, self._data.qpos, self._data.ctrl  # views of the live data
+        self._servos = np.array([servo_of(self._model, name) for name in arm.names])
+        self._nose_m, self._angles, self._ctrl = (
+            self._data.site(nose_site(arm)).xpos,
+            self._data.qpos,
+            self._data.ctrl,
+        )  # views of the live data
         self._torque = np.zeros(arm.dof)
         self._stand_still()
 
     def _stand_still(self) -> None:
         for name, home in zip(self._spec.arm.all_names, self._spec.arm.home_rad, strict=True):
             self._data.joint(name).qpos = home
-            self._data.actuator(name).ctrl = home
+            self._data.ctrl[servo_of(self._model, name)] = home
         self._step(round(self._SAG_S / self._model.opt.timestep))
         self._data.time = 0.0
 

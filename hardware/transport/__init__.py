@@ -1,4 +1,4 @@
-"""What lies between a driver and its device: a port that is discovered and opened, a clock, requests, a bounded mailbox, reconnection.
+"""Layer between driver and device: port discovery and opening, clocks, request and reply, bounded sample queues, reconnection.
 
 May import: `oio.core`, `hardware.codecs`. May not import: a driver or a world.
 """

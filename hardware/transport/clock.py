@@ -1,4 +1,4 @@
-"""Time on a real bench: the world's clock, and a device's own milliseconds as that clock saw them."""
+"""Clocks of a live bench: the world clock, and the estimate of a device clock's offset and skew against it."""
 
 import time
 from collections import deque
@@ -6,91 +6,91 @@ from itertools import pairwise
 
 from oio.core.records import SECOND_NS
 
-BLOCK_S = 1.0  # of each such stretch of the device's clock the quickest frame is kept,
-BLOCKS = 128  # the latest so many
-JUMP_S = 0.5  # a frame that is so early comes from a clock that was set or began again
+BLOCK_S = 1.0  # block of the device clock of which only the frame of least delay is kept,
+BLOCKS = 128  # and only the latest so many blocks
+JUMP_S = 0.5  # a frame that arrives this long before its predicted time means that the device clock was set or restarted
 WRAP_MS = 1 << 32
-LONG_S = 10.0  # a shorter edge tells more of delays than of the clock: the skew stays as it was
-SKEW_MOST = 5e-3  # a resonator is within 0.5 %
+LONG_S = 10.0  # below this length of a hull edge the delay jitter dominates: the skew is not updated
+SKEW_MOST = 5e-3  # the frequency of a resonator is within 0.5 %
 
 
 class Clock:
-    """Nanoseconds since the world opened, `speed` times as fast as the host's monotonic clock."""
+    """World clock: nanoseconds since the world opened, `speed` times as fast as the host's monotonic clock."""
 
     def __init__(self, speed: float) -> None:
-        self._speed, self._began_ns = speed, time.monotonic_ns()
-        self._slept_ns = suspended_ns()
+        self._speed, self._start_ns = speed, time.monotonic_ns()
+        self._suspended_at_start_ns = suspended_ns()
 
     def now_ns(self) -> int:
-        """Of the world."""
-        return int((time.monotonic_ns() - self._began_ns) * self._speed)
+        """Return the world time [ns]."""
+        return int((time.monotonic_ns() - self._start_ns) * self._speed)
 
     @property
     def slept_s(self) -> float:
-        """How long the host was suspended meanwhile: for `now_ns` no time passed then."""
-        return (suspended_ns() - self._slept_ns) / SECOND_NS
+        """Time the host was suspended since the world opened [s]; `now_ns` does not advance during it."""
+        return (suspended_ns() - self._suspended_at_start_ns) / SECOND_NS
 
     def host_s(self, world_s: float) -> float:
-        """Seconds of the host that so many of the world take."""
+        """Convert a duration from world seconds to host seconds."""
         return world_s / self._speed
 
 
 def suspended_ns() -> int:
-    """Since boot; 0 where the system does not tell."""
+    """Time the host was suspended since boot [ns]; 0 where the system does not report it."""
     if not hasattr(time, "CLOCK_BOOTTIME"):
         return 0
     return time.clock_gettime_ns(time.CLOCK_BOOTTIME) - time.clock_gettime_ns(time.CLOCK_MONOTONIC)
 
 
 class DeviceClock:
-    """A device's milliseconds as nanoseconds of the world.
+    """Conversion of a device's millisecond time stamps to world time [ns], with estimated offset and skew.
 
-    A frame comes in after it was stamped, never before, and sometimes much later: arrival = offset + (1 + skew) device + delay. No delay is
-    negative, so the line under all points (device, arrival - device) that is nearest to them is the clock: the edge of their lower convex
-    hull that spans the mean of the device's times (Moon, Skelly and Towsley 1999). Points are the quickest frames of each second. The
-    offset includes the least delay, which cannot be told from it (`nominal.delay_s`).
+    A frame arrives after it was stamped, never before, and sometimes much later: arrival = offset + (1 + skew) device + delay. No delay is
+    negative, so the clock is the line below all points (device, arrival - device) that is nearest to them: the edge of their lower convex
+    hull that spans the mean of the device times (Moon, Skelly and Towsley 1999). The points are the frames of least delay in each second.
+    The offset includes the least delay, which is not observable separately (`nominal.delay_s`).
     """
 
     def __init__(self) -> None:
         self.jumps = 0
-        self._began()
+        self._reset()
         self._last_ns = -1
 
-    def _began(self) -> None:
-        self._points: deque[tuple[float, float]] = deque(maxlen=BLOCKS)  # device s, arrival - device s; the quickest of a block
+    def _reset(self) -> None:
+        self._points: deque[tuple[float, float]] = deque(maxlen=BLOCKS)  # (device s, arrival - device s) of least delay per block
         self._wraps, self._last_ms = 0, -1
         self.skew, self._offset_s = 0.0, 0.0
 
     def stamped(self, device_ms: int, arrived_ns: int) -> int:
-        """When a frame was stamped, in nanoseconds of the world: after the one before, not after it arrived."""
+        """Convert a frame's device time stamp [ms] to world time [ns]: later than the previous one, not later than its arrival."""
         if self._last_ms - device_ms > WRAP_MS // 2:
             self._wraps += 1
         device_s = self._device_s(device_ms)
-        # a frame may be late by anything, but it is never early, and no clock runs backwards
-        early = bool(self._points) and arrived_ns / SECOND_NS - device_s < self._line(device_s) - JUMP_S
+        # a frame can have any delay, but never a negative one, and no device clock runs backwards
+        early = bool(self._points) and arrived_ns / SECOND_NS - device_s < self._fitted_offset_s(device_s) - JUMP_S
         if early or (device_ms < self._last_ms and self._last_ms - device_ms <= WRAP_MS // 2):
             self.jumps += 1
-            self._began()
+            self._reset()
             device_s = self._device_s(device_ms)
         self._last_ms = device_ms
-        self._add(device_s, arrived_ns / SECOND_NS - device_s)
-        at_ns = round((device_s + self._line(device_s)) * SECOND_NS)
+        self._add_point(device_s, arrived_ns / SECOND_NS - device_s)
+        at_ns = round((device_s + self._fitted_offset_s(device_s)) * SECOND_NS)
         self._last_ns = max(min(at_ns, arrived_ns), self._last_ns + 1)
         return self._last_ns
 
     def _device_s(self, device_ms: int) -> float:
         return 1e-3 * (device_ms + self._wraps * WRAP_MS)
 
-    def _line(self, device_s: float) -> float:
+    def _fitted_offset_s(self, device_s: float) -> float:
         return self._offset_s + self.skew * device_s
 
-    def _add(self, device_s: float, late_s: float) -> None:
+    def _add_point(self, device_s: float, offset_s: float) -> None:
         new_block = not self._points or int(self._points[-1][0] / BLOCK_S) != int(device_s / BLOCK_S)
         if new_block:
-            self._points.append((device_s, late_s))
-        elif late_s < self._points[-1][1]:
-            self._points[-1] = device_s, late_s
-        elif late_s >= self._line(device_s):
+            self._points.append((device_s, offset_s))
+        elif offset_s < self._points[-1][1]:
+            self._points[-1] = device_s, offset_s
+        elif offset_s >= self._fitted_offset_s(device_s):
             return
         self._fit()
 
@@ -100,18 +100,19 @@ class DeviceClock:
         a, b = next(((a, b) for a, b in pairwise(hull) if b[0] >= middle), (hull[0], hull[0]))
         if b[0] - a[0] >= LONG_S:
             self.skew = min(max((b[1] - a[1]) / (b[0] - a[0]), -SKEW_MOST), SKEW_MOST)
-        self._offset_s = min(late - self.skew * device for device, late in self._points)
+        self._offset_s = min(offset - self.skew * device for device, offset in self._points)
 
 
 def _lower_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Of points in the order of their first number (Andrew 1979)."""
+    """Lower convex hull of points sorted by their first coordinate (Andrew 1979)."""
     hull: list[tuple[float, float]] = []
     for p in points:
-        while len(hull) >= 2 and _turn(hull[-2], hull[-1], p) <= 0:
+        while len(hull) >= 2 and _cross(hull[-2], hull[-1], p) <= 0:
             hull.pop()
         hull.append(p)
     return hull
 
 
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+def _cross(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    """Cross product of a->b and a->c; positive for a left turn."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,4 +1,4 @@
-"""Which port is meant: a path, `usb:VENDOR:PRODUCT[:SERIAL]`, or `ask`, which asks every port that is plugged in who it is."""
+"""Serial port discovery: a path, `usb:VENDOR:PRODUCT[:SERIAL]`, or `ask`, which sends an identification request to every port."""
 
 import os
 import re
@@ -13,34 +13,34 @@ USB = re.compile(r"usb:([0-9A-Fa-f]{4}):([0-9A-Fa-f]{4})(?::(.+))?")
 Identify = Callable[[Wire], str | None]
 
 
-def resolve_port(port: str, key: str, baud: int, knock: Identify) -> str:
-    """The path of `port`. Raises BadInput, naming `key`, if it is not there or not the only one that fits."""
+def resolve_port(port: str, key: str, baud: int, identify: Identify) -> str:
+    """Return the path of `port`. Raises BadInput, naming `key`, if no port or more than one port matches."""
     usb = USB.fullmatch(port)
     if usb:
-        return _one(port, key, [info.device for info in list_ports.comports() if _is(info, usb)])
+        return _exactly_one(port, key, [info.device for info in list_ports.comports() if _matches_usb(info, usb)])
     if port == "ask":
-        return _one(port, key, [info.device for info in list_ports.comports() if _answers(info.device, key, baud, knock)])
+        return _exactly_one(port, key, [info.device for info in list_ports.comports() if _identifies(info.device, key, baud, identify)])
     if not os.path.exists(port):
         raise BadInput(f"{key}={port} was given, but there is no such port. {plugged_in()}")
     return port
 
 
 def plugged_in() -> str:
-    """What there is, in one sentence."""
+    """List the serial ports of the system, as a sentence for error messages."""
     names = [f"{info.device} ({port_name(info)})" for info in list_ports.comports()]
     there = f"Plugged in: {', '.join(names)}." if names else "Nothing is plugged in that the system lists."
     return f"{there} `python -m hardware.ports` asks each who it is."
 
 
 def port_name(info: object) -> str:
-    """A port as it can be typed: usb:VENDOR:PRODUCT:SERIAL, or what the system calls it."""
+    """Return a port's name as a user types it: usb:VENDOR:PRODUCT:SERIAL, or the system's description."""
     vid, pid, number = (getattr(info, name, None) for name in ("vid", "pid", "serial_number"))
     if vid is None or pid is None:
         return str(getattr(info, "description", "unknown"))
     return f"usb:{vid:04X}:{pid:04X}" + (f":{number}" if number else "")
 
 
-def _is(info: object, usb: re.Match[str]) -> bool:
+def _matches_usb(info: object, usb: re.Match[str]) -> bool:
     vid, pid, number = usb.groups()
     if getattr(info, "vid", None) is None:
         return False
@@ -48,20 +48,20 @@ def _is(info: object, usb: re.Match[str]) -> bool:
     return same and number in (None, getattr(info, "serial_number", None))
 
 
-def _answers(path: str, key: str, baud: int, knock: Identify) -> bool:
+def _identifies(path: str, key: str, baud: int, identify: Identify) -> bool:
     try:
         wire = open_port(path, baud, key)
     except (BadInput, Unplugged):
-        return False  # another's
+        return False  # in use by another program
     try:
-        return knock(wire) is not None
+        return identify(wire) is not None
     except (Unplugged, NoAnswer):
         return False
     finally:
         wire.close()
 
 
-def _one(port: str, key: str, paths: list[str]) -> str:
+def _exactly_one(port: str, key: str, paths: list[str]) -> str:
     if len(paths) == 1:
         return paths[0]
     if paths:

@@ -1,4 +1,4 @@
-"""A serial port as drivers see it: bytes in, bytes out, and `Unplugged` when it is gone. Opened by nobody else at the same time."""
+"""Serial port as the drivers use it: read, write, and `Unplugged` when it is gone; opened for exclusive access."""
 
 import contextlib
 import errno
@@ -11,44 +11,44 @@ import serial
 
 from oio.core.errors import BadInput, OioError
 
-WRITE_S = 2.0  # a port that takes nothing for so long is gone
+WRITE_S = 2.0  # a port that accepts no bytes for this long counts as gone
 
 
 class Unplugged(Exception):
-    """The port went away, or the device behind it answers nothing any more; it may come back."""
+    """The port is gone, or the device behind it does not answer any more; it may come back."""
 
 
 class NoAnswer(Exception):
-    """A device did not answer in time."""
+    """A device did not answer within its time-out."""
 
 
 class Wire(Protocol):
-    """An open port."""
+    """Protocol of an open port."""
 
     def read(self, timeout_s: float) -> bytes:
-        """What has come in; waits for a first byte at most so long, b"" if none came. Raises Unplugged."""
+        """Return the bytes received; waits up to timeout_s for the first one, b"" on a time-out. Raises Unplugged."""
         ...
 
     def write(self, data: bytes) -> None:
-        """All of it. Raises Unplugged."""
+        """Write all bytes. Raises Unplugged."""
         ...
 
     def close(self) -> None:
-        """Let the port go; never raises."""
+        """Close the port; never raises."""
         ...
 
 
 class SerialWire:
-    """pyserial's port."""
+    """Open serial port over pyserial."""
 
     def __init__(self, path: str, baud: int) -> None:
         self._serial = serial.Serial(path, baud, timeout=0, write_timeout=WRITE_S, exclusive=True)
         self._fd = self._serial.fileno()
-        with contextlib.suppress(OSError):  # pyserial's own lock is one that others may overlook
+        with contextlib.suppress(OSError):  # pyserial's own lock is advisory: other programs may ignore it
             fcntl.ioctl(self._fd, termios.TIOCEXCL)
         with contextlib.suppress(OSError, ValueError, NotImplementedError, AttributeError):
-            self._serial.set_low_latency_mode(True)  # else an FTDI chip keeps short answers for 16 ms
-        self._serial.reset_input_buffer()  # what was said before belongs to nobody
+            self._serial.set_low_latency_mode(True)  # else an FTDI chip buffers short answers for 16 ms
+        self._serial.reset_input_buffer()  # discard stale bytes from before the opening
 
     def read(self, timeout_s: float) -> bytes:
         """See `Wire`."""
@@ -56,7 +56,7 @@ class SerialWire:
             if not select.select([self._fd], [], [], max(timeout_s, 0.0))[0]:
                 return b""
             data = self._serial.read(4096)
-        except (OSError, ValueError, TypeError, serial.SerialException) as error:  # closed or torn out: pyserial raises any of these
+        except (OSError, ValueError, TypeError, serial.SerialException) as error:  # closed or unplugged: pyserial raises any of these
             raise Unplugged(str(error)) from None
         if not data:
             raise Unplugged("end of file")
@@ -71,7 +71,7 @@ class SerialWire:
 
     def close(self) -> None:
         """See `Wire`."""
-        if self._serial.is_open:  # once closed, its number may be that of another port
+        if self._serial.is_open:  # after closing, its descriptor may belong to another port
             with contextlib.suppress(OSError):
                 fcntl.ioctl(self._fd, termios.TIOCNXCL)
         with contextlib.suppress(OSError, ValueError, TypeError, serial.SerialException):
@@ -79,7 +79,7 @@ class SerialWire:
 
 
 def open_port(path: str, baud: int, key: str) -> SerialWire:
-    """The port, for us alone. Raises BadInput, naming `key`, where a person must act first; Unplugged where waiting may help."""
+    """Open a port for exclusive access. Raises BadInput, naming `key`, where the user must act; Unplugged where waiting may help."""
     try:
         return SerialWire(path, baud)
     except (OSError, serial.SerialException) as error:
@@ -95,4 +95,4 @@ def open_port(path: str, baud: int, key: str) -> SerialWire:
 
 
 class DeviceLost(OioError):
-    """A device stayed away for longer than it may."""
+    """A device was away for longer than its time-out."""

@@ -1,4 +1,4 @@
-"""A question and its answer over a wire."""
+"""Request and reply over a wire, with time-outs and retries."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -11,23 +11,23 @@ F_co = TypeVar("F_co", covariant=True)
 
 
 class Framer(Protocol[F_co]):
-    """Cuts frames from bytes and counts them; those of `hardware.codecs` do."""
+    """Protocol of a frame decoder: cuts frames from a byte stream and counts them, as those of `hardware.codecs` do."""
 
     good: int
     corrupt: int
     skipped: int
 
     def feed(self, data: bytes) -> Sequence[F_co]:
-        """Whole frames that passed their check."""
+        """Return the complete frames that passed their checksum."""
         ...
 
     def quiet(self) -> Sequence[F_co]:
-        """The line has fallen silent: frames that waited behind what looked like the head of a longer one."""
+        """Flush after the line has fallen silent: return frames held back behind a false head of a longer one."""
         ...
 
 
 def drain(wire: Wire, framer: Framer[F]) -> list[F]:
-    """Frames that came in unasked or late: nobody shall take them for the next answer."""
+    """Empty the input buffer and return its frames: unsolicited or late ones must not be taken for the next reply."""
     frames: list[F] = []
     while data := wire.read(0.0):
         frames += framer.feed(data)
@@ -35,7 +35,7 @@ def drain(wire: Wire, framer: Framer[F]) -> list[F]:
 
 
 def request(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], within_s: float) -> F:
-    """The first frame that fits, within so many seconds of the host. Raises NoAnswer."""
+    """Send a request and return the first frame that fits, within within_s host seconds. Raises NoAnswer."""
     drain(wire, framer)
     return _request(wire, question, framer, fits, within_s)
 
@@ -54,7 +54,7 @@ def _request(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F],
 
 
 def request_until(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F], bool], each_s: float, within_s: float) -> F:
-    """The same, asked again every `each_s` for so long: noise was in the way, or the device boots. An answer that is late will do.
+    """Send a request, repeated every `each_s` for within_s, against noise or a booting device; a late reply is accepted.
 
     Raises NoAnswer.
     """

@@ -17,6 +17,7 @@ from oio.core.errors import BadInput, OioError
 from oio.core.folders import ROOT
 from oio.core.interfaces import Backend, Sensor, World
 from oio.kinematics.arm import Arm
+from oio.kinematics.model_file import kinematics_mjcf
 from oio.log import RunLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
@@ -79,7 +80,7 @@ def execute(experiment: Experiment, out: Path) -> dict[str, Any]:
 
 def _stages(experiment: Experiment, world: World, out: Path) -> dict[type, object]:
     arm, lines = experiment.arm, StageLines()
-    attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": arm.path.read_bytes()}
+    attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(arm.path)}
     with RunLog.create(
         out / "run.mcap", sensor=experiment.sensor.name, joints=arm.names, metadata=experiment.about(), attachments=attachments
     ) as log, lines:  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a filter must offer: `Estimator`, and `Initializer` for those that start from all hypotheses of a belief map."""
+"""Filter protocols: `Estimator` (predict, update), and `Initializer` for filters that start from all hypotheses of a belief map."""
 
 from typing import Protocol, runtime_checkable
 
@@ -9,21 +9,21 @@ from oio.inference.state_space import StateSpace
 
 @runtime_checkable
 class Estimator(Protocol):
-    """A filter: immutable, its state goes in and comes out."""
+    """Recursive filter, immutable: its state is passed in and returned."""
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
-        """Propagate the belief to the time of `joints`; the nose moved along the arm's kinematics."""
+        """Time update: propagate the belief to the time of `joints`; the nose follows from the forward kinematics."""
         ...
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
-        """Condition the belief on one reading taken now; a gated reading leaves the belief as it was."""
+        """Measurement update: condition the belief on one reading taken now; a gated reading leaves the belief unchanged."""
         ...
 
 
 @runtime_checkable
 class Initializer(Protocol):
-    """What a filter may have besides, if it begins from more than the best hypothesis of the belief map."""
+    """Optional protocol of a filter that is initialised from more than the best hypothesis of the belief map."""
 
     def begin(self, model: StateSpace, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
-        """The belief at t_ns of the hypotheses, best first, of a map of so many measurements."""
+        """Return the initial belief at t_ns from the hypotheses `fits`, best first, of a map made of so many measurements."""
         ...

@@ -1,4 +1,4 @@
-"""The cubature Kalman filter with filterpy's spherical-radial points (Arasaratnam & Haykin 2009); a linear reading needs no points."""
+"""Cubature Kalman filter with filterpy's spherical-radial points (Arasaratnam & Haykin 2009); a linear measurement needs no points."""
 
 import numpy as np
 from filterpy.kalman.CubatureKalmanFilter import spherical_radial_sigmas
@@ -12,19 +12,19 @@ from oio.inference.state_space import StateSpace
 
 @settings
 class Ckf:
-    """2 N points of equal weight, sqrt(N) standard deviations from the mean."""
+    """Cubature Kalman filter: 2 N points of equal weight, sqrt(N) standard deviations from the mean."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
 
     def check(self) -> None:
-        """Refuse a gate that lets nothing pass."""
+        """Raise BadInput for a gate out of range."""
         in_range(self, gate_nis=(1.0, 1e9))
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
-        """Propagate to the time of `joints`."""
+        """Time update: propagate the belief to the time of `joints`."""
         zero, weights = np.zeros(model.size), np.full(2 * model.size, 0.5 / model.size)
         return propagate(model, belief, joints, lambda c: spherical_radial_sigmas(zero, c), (weights, weights))
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
-        """Condition on one reading taken now."""
+        """Measurement update: condition the belief on one reading taken now."""
         return gated_update(model, belief, reading, self.gate_nis)

@@ -1,4 +1,4 @@
-"""The extended Kalman filter with lag, drift and fluctuation in its state; update in Joseph form (Bucy & Joseph 1968)."""
+"""Extended Kalman filter with lag, drift and fluctuation in its state; update in Joseph form (Bucy & Joseph 1968)."""
 
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
@@ -9,18 +9,18 @@ from oio.inference.state_space import StateSpace
 
 @settings
 class Ekf:
-    """predict: x = f(x), P = F P F' + Q; update: Joseph form."""
+    """Extended Kalman filter. predict: x = f(x), P = F P F' + Q; update: Joseph form."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
 
     def check(self) -> None:
-        """Refuse a gate that lets nothing pass."""
+        """Raise BadInput for a gate out of range."""
         in_range(self, gate_nis=(1.0, 1e9))
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
-        """Propagate to the time of `joints`."""
+        """Time update: propagate the belief to the time of `joints`."""
         return predict(model, belief, joints)
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
-        """Condition on one reading taken now."""
+        """Measurement update: condition the belief on one reading taken now."""
         return gated_update(model, belief, reading, self.gate_nis)

@@ -1,4 +1,4 @@
-"""A sliding-window smoother: the last readings stay open, their steps linearised anew whenever a reading tells more of them."""
+"""Fixed-lag (sliding-window) smoother: the transitions of the latest readings are relinearised with every new reading."""
 
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
@@ -8,16 +8,16 @@ from oio.inference.state_space import StateSpace
 
 @settings
 class FixedLag:
-    """A window of some readings (see `oio.estimators.smoothing_window`); with one reading it is the iterated filter."""
+    """Fixed-lag smoother over a window of readings (see `oio.estimators.smoothing_window`); one reading: the iterated EKF."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
-    readings: int  # in the window; the oldest goes into the anchor
-    iterations: int  # at most, per reading
-    settled_sigmas: float  # the states of the window moved by less: enough
-    steps: int  # of the arm in one window; when there are more, the window is begun anew
+    readings: int  # window length; the oldest reading is absorbed into the anchor belief
+    iterations: int  # maximum Gauss-Newton iterations per reading
+    settled_sigmas: float  # convergence: the largest change of a window state, in standard deviations, is below this
+    steps: int  # maximum arm steps in one window; a full window is restarted
 
     def check(self) -> None:
-        """Refuse a gate that lets nothing pass, and no window."""
+        """Raise BadInput for a gate, a window or an iteration limit out of range."""
         in_range(self, gate_nis=(1.0, 1e9), readings=(1, 10_000), iterations=(1, 100), settled_sigmas=(0.0, 10.0), steps=(1, 100_000))
 
     @property
@@ -25,9 +25,9 @@ class FixedLag:
         return Window(self.readings, self.steps, self.iterations, self.settled_sigmas)
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
-        """Propagate to the time of `joints`."""
+        """Time update: propagate the belief to the time of `joints`."""
         return self._window.predict(model, belief, joints)
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
-        """Condition on one reading taken now."""
+        """Measurement update: condition the belief on one reading taken now."""
         return self._window.update(model, belief, reading, self.gate_nis)

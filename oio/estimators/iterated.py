@@ -1,4 +1,4 @@
-"""The iterated extended Kalman filter: the steps since the last reading are linearised anew about what the next one tells of them."""
+"""Iterated extended Kalman filter: the transitions since the last reading are relinearised about the states smoothed with the next one."""
 
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
@@ -8,15 +8,15 @@ from oio.inference.state_space import StateSpace
 
 @settings
 class Iterated:
-    """A window of one reading (see `oio.estimators.smoothing_window`); with one iteration it is the extended Kalman filter."""
+    """Iterated EKF: a smoothing window of one reading (see `oio.estimators.smoothing_window`); with one iteration it is the EKF."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
-    iterations: int  # at most
-    settled_sigmas: float  # the states of the window moved by less: enough
-    steps: int  # of the arm in one window; when there are more, the window is begun anew
+    iterations: int  # maximum Gauss-Newton iterations per reading
+    settled_sigmas: float  # convergence: the largest change of a window state, in standard deviations, is below this
+    steps: int  # maximum arm steps in one window; a full window is restarted
 
     def check(self) -> None:
-        """Refuse a gate that lets nothing pass, and no iteration."""
+        """Raise BadInput for a gate or an iteration limit out of range."""
         in_range(self, gate_nis=(1.0, 1e9), iterations=(1, 100), settled_sigmas=(0.0, 10.0), steps=(1, 100_000))
 
     @property
@@ -24,9 +24,9 @@ class Iterated:
         return Window(1, self.steps, self.iterations, self.settled_sigmas)
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
-        """Propagate to the time of `joints`."""
+        """Time update: propagate the belief to the time of `joints`."""
         return self._window.predict(model, belief, joints)
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
-        """Condition on one reading taken now."""
+        """Measurement update: condition the belief on one reading taken now."""
         return self._window.update(model, belief, reading, self.gate_nis)

@@ -1,4 +1,5 @@
-"""One scalar update in Joseph form, P = (I - K H) P (I - K H)' + K R K' (Bucy & Joseph 1968): positive definite whatever the gain."""
+"""Scalar Kalman measurement update in Joseph form, P = (I - K H) P (I - K H)' + K R K' (Bucy & Joseph 1968): positive definite for
+any gain."""
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from oio.inference.state_space import StateSpace
 
 
 def gated_update(model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Belief, Innovation]:
-    """The belief after one reading, and its innovation; after a reading beyond the gate, or a missed one, the belief is as it was."""
+    """Return the posterior after one reading, and its innovation; a missed reading, or one beyond the NIS gate, changes nothing."""
     innovation = innovation_of(model, belief, reading, gate_nis)
     if innovation.gated:
         return belief, innovation
@@ -18,9 +19,9 @@ def gated_update(model: StateSpace, belief: Belief, reading: GasReading, gate_ni
 
 
 def innovation_of(model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> Innovation:
-    """The innovation alone. A missed reading (NaN or infinite) is gated and has no residual: 0."""
-    seen = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if reading.missed else reading
-    row, residual, r = scalar_measurement(model, belief.mean, belief.cov, seen)
+    """Return the innovation without an update. A missed reading (NaN or infinite) is gated, with residual 0."""
+    finite = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if reading.missed else reading
+    row, residual, r = scalar_measurement(model, belief.mean, belief.cov, finite)
     s = float(row @ belief.cov @ row) + r
     residual = 0.0 if reading.missed else residual
     gated = reading.missed or residual * residual > gate_nis * s
@@ -28,14 +29,14 @@ def innovation_of(model: StateSpace, belief: Belief, reading: GasReading, gate_n
 
 
 def update(model: StateSpace, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, Array]:
-    """Mean (N,) and cov (N, N) after one reading."""
+    """Return mean (N,) and covariance (N, N) after one reading."""
     row, residual, r = scalar_measurement(model, mean, cov, reading)
     mean, cov = joseph(mean, cov, row, residual, r)
     return mean, cov
 
 
 def scalar_measurement(model: StateSpace, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, float, float]:
-    """H (N,), residual [ppm] and R [ppm^2] of a reading; a censored one is matched to the normal that is cut off at its limit."""
+    """Return H (N,), residual [ppm] and R [ppm^2] of a reading; a censored one gives the pseudo-measurement of a truncated normal."""
     expected, row, r = model.measurement(mean, reading)
     residual = reading.ppm - expected
     if reading.censored:
@@ -45,9 +46,9 @@ def scalar_measurement(model: StateSpace, mean: Array, cov: Array, reading: GasR
 
 @compiled
 def joseph(mean: Array, cov: Array, row: Array, residual: float, r: float) -> tuple[Array, Array]:
-    """Mean (N,) and cov (N, N), symmetric to the bit, after a row of H (N,) and its residual."""
-    to = cov @ row
-    gain = to / (row @ to + r)
-    left = cov - np.outer(gain, to)  # (I - K H) P, P symmetric
-    out = left - np.outer(left @ row, gain) + r * np.outer(gain, gain)
-    return mean + gain * residual, 0.5 * (out + out.T)
+    """Joseph-form update: mean (N,) and covariance (N, N), symmetric to the bit, for a row of H (N,), its residual and variance r."""
+    ph = cov @ row
+    gain = ph / (row @ ph + r)
+    reduced = cov - np.outer(gain, ph)  # (I - K H) P, P symmetric
+    joseph_cov = reduced - np.outer(reduced @ row, gain) + r * np.outer(gain, gain)
+    return mean + gain * residual, 0.5 * (joseph_cov + joseph_cov.T)

@@ -1,4 +1,4 @@
-"""The filter as the paper's text has it: no lag, no drift, no fluctuation in the state; the reading is the concentration at the nose."""
+"""The paper's EKF, taken literally: no lag, drift or fluctuation in the state; the reading is the concentration at the nose."""
 
 import numpy as np
 
@@ -11,16 +11,16 @@ from oio.inference.state_space import StateSpace
 
 @settings
 class PaperEkf:
-    """Only source, ln strength and offsets of the elements are estimated; the encoders are believed."""
+    """The paper's EKF: estimates source, ln strength and element offsets only; the encoders are taken as exact."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
 
     def check(self) -> None:
-        """Refuse a gate that lets nothing pass."""
+        """Raise BadInput for a gate out of range."""
         in_range(self, gate_nis=(1.0, 1e9))
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
-        """The source stands still: Q alone is added. The concentration at the nose is kept in f for the update."""
+        """Time update of a static source: only Q is added. The concentration at the nose is stored in state f for the update."""
         at, dt_s = model.at, seconds(joints.t_ns - belief.t_ns)
         mean, cov = np.array(belief.mean), np.array(belief.cov)
         p = model.arm.nose(joints.q)
@@ -29,20 +29,20 @@ class PaperEkf:
         mean[at["f"]] = c[0]
         mean[at["o"]] = mean[at["v"]] = mean[at["a"]] = 0.0
         cov[at["s"], at["s"]] += model.noise.source_q_m2 * (dt_s if model.noise.assembly == "gum" else 1.0) * np.eye(3)
-        return Belief(joints.t_ns, mean, _only_estimated(model, cov, p, mean))
+        return Belief(joints.t_ns, mean, _restricted_covariance(model, cov, p, mean))
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
-        """Condition source, strength and offset on one reading."""
+        """Measurement update: condition source, strength and offset on one reading."""
         return gated_update(model, belief, reading, self.gate_nis)
 
 
-def _only_estimated(model: StateSpace, cov: Array, p: Array, mean: Array) -> Array:
-    """Covariance in which f is the linearised concentration, and nothing but source, strength and offsets is uncertain."""
+def _restricted_covariance(model: StateSpace, cov: Array, p: Array, mean: Array) -> Array:
+    """Covariance in which f is the linearised concentration, and only source, strength and offsets are uncertain."""
     at, s = model.at, model.at["s"].start
-    keep = np.zeros(model.size)
-    keep[at["s"]], keep[at["l"]], keep[at["b"]] = 1.0, 1.0, 1.0
+    estimated = np.zeros(model.size)
+    estimated[at["s"]], estimated[at["l"]], estimated[at["b"]] = 1.0, 1.0, 1.0
     c, grad, _, _ = concentration(p[None, :], mean[s : s + LAW], model.law.r_ref_m, model.law.radius_m)
-    to = np.diag(keep)
-    to[at["f"].start, s : s + 4] = c[0] * grad[0, :4]
-    new = to @ cov @ to.T + 1e-18 * np.eye(model.size)
+    transform = np.diag(estimated)
+    transform[at["f"].start, s : s + 4] = c[0] * grad[0, :4]
+    new = transform @ cov @ transform.T + 1e-18 * np.eye(model.size)
     return np.asarray(0.5 * (new + new.T))

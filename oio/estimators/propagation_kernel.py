@@ -1,7 +1,7 @@
-"""`Model.transition` compiled, for many states at once, and covariances carried by it without its zeros.
+"""Compiled `StateSpace.transition` for many states at once, and covariance propagation that skips the zeros of F.
 
 F = I but for the rows of o and v (dt, dt^2 / 2 beside them), f (`row`) and m (`keep`): F P F' costs a few rows, not two products.
-`Model.transition` is the readable reference; a test holds both to the same numbers.
+`StateSpace.transition` is the readable reference; a test holds both to the same numbers.
 """
 
 import numpy as np
@@ -16,10 +16,10 @@ from oio.kinematics.forward import SerialChain, nose_and_jacobian
 
 @compiled
 def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas: GasConstants) -> tuple[Array, Array, Array]:
-    """f(x) (k, N), F's rows of f (k, N), and the six numbers of `lagged_ou_steps` (k, 6) for states x (k, N), encoders at q (n,)
-    moving with dq.
+    """Return f(x) (k, N), the rows of F for f (k, N), and the six terms of `lagged_ou_steps` (k, 6), for states x (k, N) and encoders
+    at q (n,) rad moving at dq (n,) rad/s.
 
-    The gas of the step is taken from where the joints were half a step before.
+    The concentration of the step is that at the joint positions half a step earlier.
     """
     k, n, half = x.shape[0], len(q), 0.5 * dt * dt
     new = x.copy()
@@ -34,48 +34,48 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas:
 
 @compiled
 def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: GasConstants) -> tuple[Array, Array, Array]:
-    """Concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the steps (k, 6) of lag and fluctuation."""
-    r_ref, radius, rise, fall, gamma, t_ref, nose_u, w, still = gas
+    """Mean concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the lag and fluctuation terms (k, 6)."""
+    r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, still_rad_s = gas
     k, n = x.shape[0], len(dq)
     c, grad = np.empty(k), np.empty((k, LAW))
-    tau, t, swing = np.empty(k), np.empty(k), np.empty(k)
+    tau, t, amplitude = np.empty(k), np.empty(k), np.empty(k)
     for i in range(k):
         theta = x[i, 3 * n : 3 * n + LAW]
         c_i, grad_i, r_i, rarity_i = concentration(p[i : i + 1], theta, r_ref, radius)
         c[i], grad[i], r = c_i[0], grad_i[0], r_i[0]
         speed2 = 0.0
         for a in range(3):
-            along = 0.0
+            velocity = 0.0
             for j in range(n):
-                along += jac[i, a, j] * dq[j] if abs(dq[j]) > still else 0.0
-            speed2 += along * along
-        near, far = theta[EXPONENT] * nose_u / r, w * np.log(r / r_ref)
-        swing[i] = c[i] * np.sqrt(rarity_i[0] + (near * near + far * far) / (gamma * gamma))
-        tau[i] = rise if c[i] + swing[i] * x[i, -1] > x[i, -2] else fall
+                velocity += jac[i, a, j] * dq[j] if abs(dq[j]) > still_rad_s else 0.0
+            speed2 += velocity * velocity
+        by_jitter, by_discrepancy = theta[EXPONENT] * nose_jitter / r, discrepancy * np.log(r / r_ref)
+        amplitude[i] = c[i] * np.sqrt(rarity_i[0] + (by_jitter * by_jitter + by_discrepancy * by_discrepancy) / (gamma * gamma))
+        tau[i] = rise if c[i] + amplitude[i] * x[i, -1] > x[i, -2] else fall
         t[i] = r / (r_ref / t_ref + np.sqrt(speed2))
-    return c, grad, lagged_ou_steps(np.full(k, dt), tau, t, swing, gamma * gamma)
+    return c, grad, lagged_ou_steps(np.full(k, dt), tau, t, amplitude, gamma * gamma)
 
 
 @compiled
 def _propagate_gas(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt: float) -> Array:
-    """Lets f and m of x (k, N) follow, in place; F's rows of f (k, N)."""
+    """Advance f and m of x (k, N) in place; returns the rows of F for f (k, N)."""
     k, n = x.shape[0], jac.shape[2]
     rows = np.zeros(x.shape)
     for i in range(k):
-        phi, to, keep = steps[i, 0], steps[i, 1], steps[i, 2]
-        felt = (1.0 - phi) * c[i] + to * x[i, -1]
+        phi, coupling, keep = steps[i, 0], steps[i, 1], steps[i, 2]
+        lag_input = (1.0 - phi) * c[i] + coupling * x[i, -1]
         for j in range(n):
-            by_o = felt * (grad[i, 0] * jac[i, 0, j] + grad[i, 1] * jac[i, 1, j] + grad[i, 2] * jac[i, 2, j])
-            rows[i, j], rows[i, n + j], rows[i, 2 * n + j] = by_o, dt * by_o, 0.5 * dt * dt * by_o
-        rows[i, 3 * n : 3 * n + LAW] = felt * grad[i]
-        rows[i, -2], rows[i, -1] = phi, to
-        x[i, -2], x[i, -1] = phi * x[i, -2] + felt, keep * x[i, -1]
+            df_do = lag_input * (grad[i, 0] * jac[i, 0, j] + grad[i, 1] * jac[i, 1, j] + grad[i, 2] * jac[i, 2, j])
+            rows[i, j], rows[i, n + j], rows[i, 2 * n + j] = df_do, dt * df_do, 0.5 * dt * dt * df_do
+        rows[i, 3 * n : 3 * n + LAW] = lag_input * grad[i]
+        rows[i, -2], rows[i, -1] = phi, coupling
+        x[i, -2], x[i, -1] = phi * x[i, -2] + lag_input, keep * x[i, -1]
     return rows
 
 
 @compiled
 def apply_transition(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
-    """F a (N, p)."""
+    """Return the product F a (N, p)."""
     out, half = a.copy(), 0.5 * dt * dt
     out[-2] = 0.0
     for j in range(a.shape[0]):
@@ -93,7 +93,7 @@ def apply_transition(a: Array, row: Array, keep: float, dt: float, n: int) -> Ar
 
 @compiled
 def apply_transition_transposed(a: Array, row: Array, keep: float, dt: float, n: int) -> Array:
-    """F' a (N,)."""
+    """Return the product F' a (N,)."""
     out = a.copy()
     out[-2], out[-1] = 0.0, keep * a[-1]
     for j in range(a.shape[0]):
@@ -106,7 +106,7 @@ def apply_transition_transposed(a: Array, row: Array, keep: float, dt: float, n:
 
 @compiled
 def propagate_covariance(cov: Array, row: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
-    """F P F' + Q (N, N), symmetric to the bit."""
+    """Return F P F' + Q (N, N), symmetric to the bit."""
     half = apply_transition(cov, row, step[2], dt, n)
     out = apply_transition(half.T.copy(), row, step[2], dt, n)
     return add_process_noise(out, step, dt, n, walk, drift)
@@ -114,7 +114,8 @@ def propagate_covariance(cov: Array, row: Array, step: Array, dt: float, n: int,
 
 @compiled
 def add_process_noise(cov: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
-    """P + Q (N, N), symmetric to the bit; walk (2, N) is the variance per step and per second, drift that of the encoders' acceleration."""
+    """Return P + Q (N, N), symmetric to the bit; walk (2, N) is the random-walk variance per step and per second, drift the density of the
+    encoders' acceleration noise [rad^2/s^4/s]."""
     size = cov.shape[0]
     out = np.empty((size, size))
     for i in range(size):
@@ -140,6 +141,6 @@ def add_process_noise(cov: Array, step: Array, dt: float, n: int, walk: Array, d
 def predict(
     mean: Array, cov: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas: GasConstants, walk: Array, drift: float
 ) -> tuple[Array, Array]:
-    """x = f(x) (N,), P = F P F' + Q (N, N)."""
+    """EKF time update: x = f(x) (N,), P = F P F' + Q (N, N)."""
     new, rows, steps = propagate(mean.copy().reshape(1, -1), dt, q, dq, chain, gas)
     return new[0], propagate_covariance(cov, rows[0], steps[0], dt, len(q), walk, drift)

@@ -1,4 +1,4 @@
-"""The unscented Kalman filter with filterpy's sigma points (van der Merwe 2004); a reading is linear, so its update is exact as it is."""
+"""Unscented Kalman filter with filterpy's sigma points (van der Merwe 2004); a reading is linear in the state, so its update is exact."""
 
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints
@@ -13,17 +13,17 @@ from oio.inference.state_space import StateSpace
 
 @settings
 class Ukf:
-    """2 N + 1 points, alpha sqrt(N + kappa) standard deviations from the mean."""
+    """Unscented Kalman filter: 2 N + 1 points, alpha sqrt(N + kappa) standard deviations from the mean."""
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
-    alpha: float  # how far out the points lie
-    beta: float  # weight of the middle in the covariance; 2 for a Gaussian
-    kappa: float
+    alpha: float  # spread of the sigma points
+    beta: float  # weight of the centre point in the covariance; 2 for a Gaussian
+    kappa: float  # secondary scaling of the spread
 
     def check(self) -> None:
-        """Refuse a gate that lets nothing pass, and weights that can make a covariance negative.
+        """Raise BadInput for a gate or a spread out of range, and for weights that can make a covariance indefinite.
 
-        With beta >= alpha^2 the covariance is at least that about the middle point, a sum of squares (Julier et al. 2000).
+        With beta >= alpha^2 the covariance is at least that about the centre point, a sum of squares (Julier et al. 2000).
         """
         in_range(self, gate_nis=(1.0, 1e9), alpha=(1e-2, 10.0), kappa=(0.0, 100.0))
         if self.beta < self.alpha**2:
@@ -31,11 +31,11 @@ class Ukf:
             raise BadInput(f"Ukf.beta is {self.beta:g}, but it must be {least}. Type e.g. ekf.beta={max(2.0, self.alpha**2):g}.")
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
-        """Propagate to the time of `joints`."""
+        """Time update: propagate the belief to the time of `joints`."""
         points = MerweScaledSigmaPoints(model.size, self.alpha, self.beta, self.kappa)
         zero = np.zeros(model.size)
         return propagate(model, belief, joints, lambda c: points.sigma_points(zero, c), (points.Wm, points.Wc))
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
-        """Condition on one reading taken now."""
+        """Measurement update: condition the belief on one reading taken now."""
         return gated_update(model, belief, reading, self.gate_nis)

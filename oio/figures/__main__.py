@@ -9,7 +9,7 @@ from oio.figures.picture import draw
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Draw one run and say where the picture is; returns the exit code."""
+    """Draw one run and print the path of the figure; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m oio.figures", description=__doc__, epilog="exit code: 0 drawn, 2 bad input")
     parser.add_argument("run", type=Path, metavar="RUN_DIR", help="the folder of a run, with run.mcap and perhaps summary.json")
     parser.add_argument("--out", type=Path, metavar="FILE.png", help="the picture (default: RUN_DIR/search.png)")

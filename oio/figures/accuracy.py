@@ -1,4 +1,4 @@
-"""The picture of a benchmark: errors of all trials and coverage of the 95 % region, rooms side by side, rungs one below the other."""
+"""Figure of the accuracy benchmark: errors of all trials and coverage of the 95 % region; a column per air, a row per DoF rung."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,12 +12,12 @@ from oio.inference.metrics import COVERAGE
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Who = tuple[str, str, str]  # sensor, search, filter: a place on the axis
-PANEL_IN = (4.2, 3.4)  # of one room and rung
+Label = tuple[str, str, str]  # sensor, search, filter: a position on the axis
+PANEL_IN = (4.2, 3.4)  # of one air and DoF rung
 
 
 def draw(trials: Sequence[Any], rows: Mapping[Any, Any], out: Path) -> None:
-    """Dots are trials, bars medians; `trials` and `rows` as `oio.bench` makes them. Writes the PNG `out`."""
+    """Draw dots for trials, bars for medians; `trials` and `rows` as `oio.bench` makes them. Writes the PNG `out`."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -47,7 +47,7 @@ def _who(case: Any) -> Who:
 def _errors(axes: "Axes", here: Mapping[Who, Any], trials: Sequence[Any]) -> None:
     for x, (case, row) in enumerate(here.values()):
         errors = np.array([t.score.error_mm for t in trials if t.case == case and t.score is not None])
-        side = np.linspace(-0.28, 0.28, len(errors))  # in the order of the seeds, so that nothing is drawn at random
+        side = np.linspace(-0.28, 0.28, len(errors))  # in the order of the seeds: no random jitter
         first: Any = {"label": None} if x else {}
         axes.plot(x + side, errors, "o", color=CALIBRATED, mew=0, ms=5, alpha=0.5, **{"label": "one trial, calibrated", **first})
         for value, color, label in ((row.median_mm, CALIBRATED, "median, calibrated"), (row.cold_mm, DEAD, "median, cold start")):
@@ -69,7 +69,7 @@ def _coverage(axes: "Axes", here: Mapping[Who, Any]) -> None:
 
 
 def _names(bottom: Any, here: Mapping[Who, Any]) -> None:
-    """Of a search or a filter only where there are several."""
+    """Label the cases; search and filter are named only where there are several."""
     several = [len({who[i] for who in here}) > 1 for i in range(3)]
     words = ["\n".join(word for word, more in zip(who, (True, *several[1:]), strict=True) if more) for who in here]
     for axes in bottom:

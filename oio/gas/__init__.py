@@ -1,4 +1,4 @@
-"""What gas does to readings: bouts (eq. 1), detection of whiffs, the range law, fluctuation, censored readings, traces, sources, timing.
+"""Gas sensing models: bouts (eq. 1), whiffs, range law, fluctuation, censored readings, traces, source placement, stamp delay.
 
 May import: `oio.core`, `oio.kinematics`. May not import: estimation (`oio.inference` and above) or motion.
 """

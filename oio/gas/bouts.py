@@ -1,7 +1,8 @@
-"""Moving average, the differential of eq. (1), the bout rule of the paper, and the baselines it is measured against.
+"""Bout detection: moving average, the differential of eq. (1), the bout rule of the paper, and the clean-air baselines it refers to.
 
-The paper leaves open which differential (eq. 1 takes y'_t - y'_{t-1}, the sentence before it y_t - y'_{t-1}) and what "greater than the
-baseline measurements" means; both readings are keys. Offsets and thresholds are per element: one global threshold invents bouts.
+The paper is ambiguous on the differential (eq. 1 takes y'_t - y'_{t-1}, the sentence before it y_t - y'_{t-1}) and on "greater than the
+baseline measurements"; both interpretations are config keys. Offsets and thresholds are per element: one global threshold gives false
+bouts.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from oio.core.settings import settings
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ElementBaseline:
-    """One element in clean air: mean and standard deviation of its readings y_0..y_{n-1}, the largest, and how many they are worth."""
+    """Clean-air baseline of one element, from readings y_0..y_{n-1}: mean, standard deviation, maximum, n and effective sample size."""
 
     ppm: float
     sigma_ppm: float
@@ -25,13 +26,13 @@ class ElementBaseline:
 
     @property
     def u_ppm(self) -> float:
-        """Standard uncertainty of the mean, by the effective number of readings."""
+        """Standard uncertainty of the mean [ppm], from the effective sample size."""
         return float(self.sigma_ppm / np.sqrt(self.n_effective))
 
 
 @dataclass(frozen=True, slots=True)
 class Bout:
-    """One step of the rule: y'_t, its differential, and whether we approach the source."""
+    """One step of the bout rule: y'_t, its differential, and whether it is a bout (the nose approaches the source)."""
 
     t_ns: int
     smoothed_ppm: float
@@ -42,14 +43,14 @@ class Bout:
 
 @settings
 class BoutRule:
-    """The rule with both readings of every hole."""
+    """Settings of the bout rule: one key per ambiguity of the paper."""
 
     window_by_dof: dict[int, int]  # k
     differential: str  # smoothed: y'_t - y'_{t-1} (eq. 1); raw: y_t - y'_{t-1} (the sentence before it)
     threshold: str  # what y'_t must exceed: max of the baseline readings, or mean_plus_3_sigma
 
     def check(self) -> None:
-        """Refuse unknown readings of the paper and senseless windows."""
+        """Raise BadInput for an unknown differential or threshold, or a window of fewer than 2 readings."""
         if self.differential not in ("smoothed", "raw"):
             raise BadInput(f"bout.differential is '{self.differential}', but it can be smoothed or raw. Type bout.differential=smoothed.")
         if self.threshold not in ("max", "mean_plus_3_sigma"):
@@ -58,7 +59,7 @@ class BoutRule:
             raise BadInput(f"bout.window_by_dof is {self.window_by_dof}, but every window must have at least 2 readings.")
 
     def window(self, dof: int) -> int:
-        """k of a rung; raises BadInput if none is given."""
+        """Return the window k for `dof` joints; raises BadInput if none is configured."""
         if dof not in self.window_by_dof:
             raise BadInput(
                 f"bout.window_by_dof has no window for dof={dof}; it has {self.window_by_dof}. Add one, e.g. bout.window_by_dof.{dof}=5."
@@ -66,12 +67,12 @@ class BoutRule:
         return self.window_by_dof[dof]
 
     def threshold_ppm(self, element_baseline: ElementBaseline) -> float:
-        """What an element's reading above its own mean must exceed [ppm]."""
+        """Return the threshold [ppm] for an element's reading above its own baseline mean."""
         return element_baseline.highest_ppm - element_baseline.ppm if self.threshold == "max" else 3.0 * element_baseline.sigma_ppm
 
 
 class BoutDetector:
-    """Feeds on readings, one at a time; the signal y is the average of the elements' latest readings above their baselines."""
+    """Bout detector, one reading at a time; the signal y is the mean over the elements of their latest readings above baseline."""
 
     def __init__(self, rule: BoutRule, k: int, baselines: tuple[ElementBaseline, ...]) -> None:
         self._rule, self._k, self._baselines = rule, k, baselines
@@ -82,44 +83,44 @@ class BoutDetector:
         self._threshold = float(np.mean([rule.threshold_ppm(b) for b in baselines]))
 
     def feed(self, reading: GasReading) -> Bout | None:
-        """One step; None until there is a y'_t and a y'_{t-1}: every element was read, and the window was full once before.
+        """Process one reading; None until y'_t and y'_{t-1} exist: every element was read, and the window was full at the step before.
 
-        The first differential has none before it that it could exceed, so it never fires.
+        The first differential has no predecessor to exceed, so it never fires.
         """
         self._latest[reading.element] = reading.ppm - self._baselines[reading.element].ppm
-        known = [v for v in self._latest if v is not None]
-        if len(known) < len(self._latest):
+        signals = [v for v in self._latest if v is not None]
+        if len(signals) < len(self._latest):
             return None
-        y = sum(known) / len(known)
+        y = sum(signals) / len(signals)
         self._window = [*self._window[-self._k + 1 :], y]
         if len(self._window) < self._k:
             return None
-        before, smoothed = self._smoothed, float(np.mean(self._window))
+        previous, smoothed = self._smoothed, float(np.mean(self._window))
         self._smoothed = smoothed
-        if before is None:
+        if previous is None:
             return None
-        delta_before, delta = self._delta, (smoothed if self._rule.differential == "smoothed" else y) - before  # eq. (1)
+        previous_delta, delta = self._delta, (smoothed if self._rule.differential == "smoothed" else y) - previous  # eq. (1)
         self._delta = delta
-        fired = delta_before is not None and delta > delta_before and smoothed > self._threshold
+        fired = previous_delta is not None and delta > previous_delta and smoothed > self._threshold
         return Bout(reading.t_ns, smoothed, delta, fired, float(np.std(self._window, ddof=1)))
 
 
 def element_baseline(ppm: Array, dt_s: float, tau_s: float, nominal_sigma_ppm: float) -> ElementBaseline:
-    """Baseline of one element from readings (n,) ppm taken every dt_s through a lag tau_s.
+    """Estimate the clean-air baseline of one element from readings (n,) [ppm] taken every dt_s through a first-order lag tau_s.
 
-    The standard deviation is not taken below half the sensor's own noise: five readings on one count are luck, not silence.
+    The standard deviation is at least half the sensor's nominal noise: five readings on one count are chance, not absence of noise.
     """
     sigma = max(float(np.std(ppm, ddof=1)), 0.5 * nominal_sigma_ppm)
-    white_share = min(nominal_sigma_ppm**2 / sigma**2, 1.0)  # electronics noise comes after the lag and is white
+    white_share = min(nominal_sigma_ppm**2 / sigma**2, 1.0)  # electronics noise enters after the lag and is white
     n = len(ppm)
-    worth = 1.0 / (white_share / n + (1.0 - white_share) / effective_samples(n, dt_s, tau_s))
-    return ElementBaseline(float(np.mean(ppm)), sigma, float(np.max(ppm)), n, worth)
+    n_effective = 1.0 / (white_share / n + (1.0 - white_share) / effective_samples(n, dt_s, tau_s))
+    return ElementBaseline(float(np.mean(ppm)), sigma, float(np.max(ppm)), n, n_effective)
 
 
 def effective_samples(n: int, dt_s: float, tau_s: float) -> float:
-    """How many independent readings n correlated ones are worth: n / (1 + 2 sum (1 - j/n) rho_j), rho_j = exp(-j dt / tau).
+    """Effective sample size of n correlated readings: n / (1 + 2 sum (1 - j/n) rho_j), rho_j = exp(-j dt / tau).
 
-    GUM 4.2.7 points to it; five readings of an electrochemical cell at 0.5 s through a lag of 6 s are worth 1.14.
+    See GUM 4.2.7; five readings of an electrochemical cell at 0.5 s through a lag of 6 s count as 1.14 independent ones.
     """
     j = np.arange(1, n)
     return float(n / (1.0 + 2.0 * np.sum((1.0 - j / n) * np.exp(-j * dt_s / tau_s))))

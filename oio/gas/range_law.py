@@ -1,11 +1,11 @@
-"""Response to RSSI to range and back, and the filter's model of the mean concentration around a source.
+"""Range law: RSSI and range of a response, and the filter's model of the mean concentration around a source.
 
 ln c(p) = l - n ln(r / r_ref) - (|k| r - k.d) - u r,   d = p - s,   r^2 = |d|^2 + radius^2
 
-n = 1, k = 0 is diffusion from a point, any n with k = 0 the log-distance law of radio (Rappaport), and k = U / 2K the steady plume of a
-source in wind U with eddy diffusivity K. u is the thinning of a plume that is still growing or is lost to the room (1 / u is the
-length of the isotropic plume of Vergassola et al. 2007). l is the logarithm of the concentration at r_ref. The radius of the source
-removes the pole.
+n = 1, k = 0 is diffusion from a point source, any n with k = 0 log-distance path loss as in radio (Rappaport), and k = U / 2K the steady
+advection-diffusion plume of a source in wind U with eddy diffusivity K. u is the thinning (decay with distance) of a plume that is still
+growing or is lost to the room (1 / u is the length of the isotropic plume of Vergassola et al. 2007). l, the ln source strength, is the
+logarithm of the concentration at r_ref. The radius of the source removes the singularity.
 """
 
 from dataclasses import dataclass, replace
@@ -19,43 +19,43 @@ from oio.core.settings import in_range, settings
 from oio.gas.fluctuation import MeanField
 
 FORMS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
-LAW = 9  # parameters of the law, theta = (s (3) m, l, n, k (3) 1/m, u 1/m), and where they lie:
+LAW = 9  # parameters of the law, theta = (s (3) m, l, n, k (3) 1/m, u 1/m), and their indices:
 SOURCE, LN_STRENGTH, EXPONENT, WIND, THINNING = slice(0, 3), 3, 4, slice(5, 8), 8
 SX, SY, SZ, KX, KY, KZ = 0, 1, 2, 5, 6, 7
-MAX_NOSE_JITTER_M, MAX_DISCREPANCY = 1.0, 5.0  # a law that strays by e^5 per e-fold of distance tells nothing, however much more it strays
-UNKNOWN_STRENGTH_U = 2.0  # of l about the largest reading seen (a factor of seven), where ln_strength_u is about a strength that was told
-MIN_LN_PPM, MAX_LN_PPM = -20.0, 14.0  # of a strength that can be told; ln(1e6 ppm) is 13.8
-_SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that still air (k = 0) has a derivative
-MAX_LN_C = 50.0  # ln c is never more: exp of it is still a number
-_MAX_LN_RARITY = np.log(1000.0)  # off-axis puffs are never rarer than this to the model: far out they stop thinning by the law
+MAX_NOSE_JITTER_M, MAX_DISCREPANCY = 1.0, 5.0  # a discrepancy of e^5 per e-fold of distance makes the law uninformative already
+UNKNOWN_STRENGTH_U = 2.0  # standard uncertainty of l about the largest reading (a factor of seven), if not configured
+MIN_LN_PPM, MAX_LN_PPM = -20.0, 14.0  # allowed range of a configured ln_strength; ln(1e6 ppm) is 13.8
+_SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that it is differentiable in still air (k = 0)
+MAX_LN_C = 50.0  # clip of ln c: exp does not overflow
+_MAX_LN_RARITY = np.log(1000.0)  # clip of the rarity: far off the axis, puffs do not become rarer without bound as the law has it
 
 
 @settings
 class RangeLaw:
-    """The nominal law, before anything is calibrated, and how far a real one may be from it (one sigma)."""
+    """Nominal range law before calibration, and the standard uncertainties of its parameters."""
 
-    form: str  # which of n, k and u the calibration frees: one of AIRS
-    r_ref_m: float  # distance at which l is given
+    form: str  # which of n, k and u the calibration estimates: one of FORMS
+    r_ref_m: float  # reference distance, at which l is defined
     radius_m: float  # radius of the source
-    ln_strength: float | None  # l of the source to be found, if it is known; None: it is about the largest reading seen
-    ln_strength_u: float  # of l about either
+    ln_strength: float | None  # l of the source to be found, if known; None: its prior is centred on the largest reading
+    ln_strength_u: float  # of l, in either case
     exponent: float  # n
     exponent_u: float
-    wind_per_m_u: float  # of each horizontal component of k = U / 2K about still air
+    wind_per_m_u: float  # of each horizontal component of k = U / 2K; the mean is still air
     lift_per_m_u: float  # of its vertical component
-    thinning_per_m_u: float  # of u about none
-    nose_jitter_m: float  # how well kinematics know the nose from one moment to the next, until calibrated
-    nose_jitter_choices_m: tuple[float, ...]  # of which calibration takes the likeliest
-    model_discrepancy: float  # how far a real plume strays from the law per e-fold of distance from r_ref (ln C), until calibrated
+    thinning_per_m_u: float  # of u; the mean is 0
+    nose_jitter_m: float  # short-term uncertainty of the nose position (backlash), until calibrated
+    nose_jitter_choices_m: tuple[float, ...]  # candidates, of which calibration takes the likeliest
+    model_discrepancy: float  # of a real plume from the law, in ln C per e-fold of distance from r_ref, until calibrated
     model_discrepancy_choices: tuple[float, ...]  # likewise
-    typical_nose_jitter_m: float  # a choice below this,
+    typical_nose_jitter_m: float  # a candidate below this,
     typical_model_discrepancy: float  # or below this,
-    calm_min_evidence: float  # must be so much likelier, in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
-    fluctuation_intensity: float  # relative fluctuation of the gas on the plume's axis
+    calm_min_evidence: float  # must be likelier by this in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
+    fluctuation_intensity: float  # relative concentration fluctuation gamma on the plume's axis
     eddy_s: float  # its correlation time at r_ref
 
     def check(self) -> None:
-        """Refuse unknown airs and senseless laws."""
+        """Raise BadInput for an unknown form or a value out of range."""
         if self.form not in FORMS:
             raise BadInput(
                 f"range_law.form is '{self.form}', but it can be {', '.join(FORMS[:-1])} or {FORMS[-1]}. Type range_law.form=all."
@@ -88,27 +88,27 @@ class RangeLaw:
             )
 
     def strength(self, largest_ppm: float) -> float:
-        """Where the prior of l lies: as told, or at the largest reading."""
+        """Return the prior mean of l: as configured, or at the largest reading."""
         return float(np.log(largest_ppm)) if self.ln_strength is None else self.ln_strength
 
     def with_unknown_strength(self) -> "RangeLaw":
-        """The same law about another source, such as the beacon: its strength was not told."""
+        """Return the law for another source, such as the beacon, whose strength is not configured."""
         return self if self.ln_strength is None else replace(self, ln_strength=None, ln_strength_u=UNKNOWN_STRENGTH_U)
 
     def calm_penalty(self, nose_jitter_m: float, model_discrepancy: float) -> float:
-        """What so calm a choice costs, in -2 ln L, against those that are not calmer than is usual."""
+        """Return the penalty, in -2 ln L, on a nose jitter or model discrepancy below its typical value."""
         return self.calm_min_evidence * (
             (nose_jitter_m < self.typical_nose_jitter_m) + (model_discrepancy < self.typical_model_discrepancy)
         )
 
     def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> MeanField:
-        """What fluctuations need to know of the mean field."""
+        """Return the mean field in the form that the fluctuation model takes."""
         return MeanField(c, rarity, r, speed_m_s, exponent * self.nose_jitter_m, self.model_discrepancy, self.r_ref_m)
 
 
 @dataclass(frozen=True, slots=True)
 class Rssi:
-    """RSSI = 10 log10(C / C_ref) [dB]; r = d0 10^((RSSI0 - RSSI) / 10 n) [m] (log-distance path loss; section II-D of the paper)."""
+    """RSSI 10 log10(C / C_ref) [dB] and its range d0 10^((RSSI0 - RSSI) / 10 n) [m] (log-distance path loss; section II-D of the paper)."""
 
     c_ref_ppm: float  # concentration of 0 dB
     d0_m: float
@@ -116,20 +116,20 @@ class Rssi:
     exponent: float
 
     def of(self, c_ppm: Array) -> Array:
-        """Concentrations (k,) ppm to dB; values below a thousandth of C_ref count as that."""
+        """Convert concentrations (k,) [ppm] to RSSI [dB]; values are clipped below at C_ref / 1000."""
         return 10.0 * np.log10(np.maximum(c_ppm, 1e-3 * self.c_ref_ppm) / self.c_ref_ppm)
 
     def range_m(self, rssi_db: Array) -> Array:
-        """dB to metres."""
+        """Convert RSSI [dB] to range [m]."""
         return self.d0_m * 10.0 ** ((self.rssi0_db - rssi_db) / (10.0 * self.exponent))
 
 
 @compiled
 def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[Array, Array, Array, Array]:
-    """Mean concentration c (k,) ppm at p (k, 3) m, the derivative of ln c (k, LAW) with respect to theta = (s (3), l, n, k (3), u),
-    the distance r (k,) m and the rarity exp(|k| r - k.d) (k,), at most 1000.
+    """Mean concentration c (k,) [ppm] at p (k, 3) [m], the derivative of ln c (k, LAW) by theta = (s (3), l, n, k (3), u), the
+    distance r (k,) [m] and the rarity exp(|k| r - k.d) (k,), at most 1000.
 
-    The derivative with respect to p is minus that with respect to s.
+    The derivative by p is minus that by s.
     """
     k = p.shape[0]
     c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
@@ -142,26 +142,26 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
 
 @compiled
 def concentration_at(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float, grad: Array) -> tuple[float, float, float]:
-    """c, r and rarity at one place d from the source, as `concentration` has them; the derivative of ln c goes to grad (LAW and more,)."""
-    wx, wy, wz = theta[KX], theta[KY], theta[KZ]
-    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
+    """c, r and rarity of `concentration` at one displacement d from the source; writes the derivative of ln c to grad (>= LAW,)."""
+    kx, ky, kz = theta[KX], theta[KY], theta[KZ]
+    k_norm = np.sqrt(kx * kx + ky * ky + kz * kz + _SMOOTH_PER_M**2)
     ln_c, r2, ln_r, off_axis = log_concentration(dx, dy, dz, theta, r_ref, radius)
     r = np.sqrt(r2)
-    radial = theta[EXPONENT] / r2 + (speed - _SMOOTH_PER_M + theta[THINNING]) / r
-    grad[SX], grad[SY], grad[SZ] = dx * radial - wx, dy * radial - wy, dz * radial - wz
+    radial = theta[EXPONENT] / r2 + (k_norm - _SMOOTH_PER_M + theta[THINNING]) / r
+    grad[SX], grad[SY], grad[SZ] = dx * radial - kx, dy * radial - ky, dz * radial - kz
     grad[LN_STRENGTH], grad[EXPONENT], grad[THINNING] = 1.0, -ln_r, -r
-    grad[KX], grad[KY], grad[KZ] = dx - r * wx / speed, dy - r * wy / speed, dz - r * wz / speed
+    grad[KX], grad[KY], grad[KZ] = dx - r * kx / k_norm, dy - r * ky / k_norm, dz - r * kz / k_norm
     return np.exp(min(ln_c, MAX_LN_C)), r, np.exp(min(max(off_axis, 0.0), _MAX_LN_RARITY))
 
 
 @compiled
 def log_concentration(dx: float, dy: float, dz: float, theta: Array, r_ref: float, radius: float) -> tuple[float, float, float, float]:
-    """ln c, r^2, ln(r / r_ref) and |k| r - k.d at one place d from the source."""
-    wx, wy, wz = theta[KX], theta[KY], theta[KZ]
-    speed = np.sqrt(wx * wx + wy * wy + wz * wz + _SMOOTH_PER_M**2)
+    """ln c, r^2, ln(r / r_ref) and |k| r - k.d at one displacement d from the source."""
+    kx, ky, kz = theta[KX], theta[KY], theta[KZ]
+    k_norm = np.sqrt(kx * kx + ky * ky + kz * kz + _SMOOTH_PER_M**2)
     r2 = dx * dx + dy * dy + dz * dz + radius * radius
     r = np.sqrt(r2)
     ln_r = np.log(r / r_ref)
-    along = wx * dx + wy * dy + wz * dz
-    off_axis = (speed - _SMOOTH_PER_M) * r - along
+    downwind = kx * dx + ky * dy + kz * dz
+    off_axis = (k_norm - _SMOOTH_PER_M) * r - downwind
     return theta[LN_STRENGTH] - theta[EXPONENT] * ln_r - off_axis - theta[THINNING] * r, r2, ln_r, off_axis

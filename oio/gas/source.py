@@ -1,4 +1,4 @@
-"""Where a source may stand: in a box, with room for the nose near it, and where the nose can go."""
+"""Source placement: a position inside a box that the nose can reach closely enough."""
 
 from dataclasses import replace
 
@@ -12,45 +12,45 @@ from oio.kinematics.arm import Arm
 
 @settings
 class Source:
-    """A gas source in the base frame. `position` null means: drawn from the truth stream inside the box."""
+    """Gas source in the base frame. `position` null: drawn inside the box, from the random stream of the truth."""
 
     position: tuple[float, float, float] | None  # m
     box_low_m: tuple[float, float, float]
     box_high_m: tuple[float, float, float]
-    approach_m: float  # a source counts as reachable if the nose can come this near
-    strength: float  # emission relative to the sensor's nominal source; 0: drawn, log-normal
-    strength_spread: float  # 1-sigma of ln(strength) when drawn
+    approach_m: float  # a source is reachable if the nose can come within this distance
+    strength: float  # emission rate relative to the sensor's nominal source; 0: drawn, log-normal
+    strength_spread: float  # standard deviation of ln(strength) when drawn
 
     def placed(self, key: str, arm: Arm, rng: np.random.Generator) -> Array:
-        """The place (3,) m, drawn if none is given; raises BadInput if the nose cannot come near it. `key` names it in errors."""
+        """Return the position (3,) [m], drawn if none is configured; raises BadInput if the nose cannot reach it. `key`: for messages."""
         if self.position is not None:
-            place = np.array(self.position)
-            if not reachable(arm, place, self.approach_m):
-                raise BadInput(_out_of_reach(key, place, arm, self.approach_m))
-            return place
+            position = np.array(self.position)
+            if not reachable(arm, position, self.approach_m):
+                raise BadInput(_out_of_reach(key, position, arm, self.approach_m))
+            return position
         for _ in range(1000):
-            place = rng.uniform(self.box_low_m, self.box_high_m)
-            if reachable(arm, place, self.approach_m):
-                return place
+            position = rng.uniform(self.box_low_m, self.box_high_m)
+            if reachable(arm, position, self.approach_m):
+                return position
         raise BadInput(
             f"no place in {key}.box_low_m {self.box_low_m} to {key}.box_high_m {self.box_high_m} is within reach of '{arm.name}'."
         )
 
     def strength_drawn(self, rng: np.random.Generator) -> float:
-        """Strength relative to nominal."""
+        """Return the emission rate relative to nominal, drawn if it is configured as 0."""
         return self.strength if self.strength > 0 else float(np.exp(self.strength_spread * rng.standard_normal()))
 
 
 def unlocked(arm: Arm) -> Arm:
-    """The same arm with every joint unlocked: a source is placed for the arm, whatever rung it uses."""
+    """Return the arm with every joint unlocked: a source is placed for the whole arm, whatever the DoF in use."""
     return replace(arm, dof=max(arm.ladder))
 
 
 def reachable(arm: Arm, place: Array, approach_m: float) -> bool:
-    """Whether some pose of the whole arm brings the nose within approach_m of the place, from one of the six sides."""
-    free = unlocked(arm)
+    """Whether some pose of the whole arm brings the nose within approach_m of the position, from one of six directions."""
+    whole_arm = unlocked(arm)
     offsets = 0.8 * approach_m * np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, -1]], dtype=float)
-    return any(free.reach(place + offset, free.home, 0.2 * approach_m) is not None for offset in offsets)
+    return any(whole_arm.reach(place + offset, whole_arm.home, 0.2 * approach_m) is not None for offset in offsets)
 
 
 def _out_of_reach(key: str, place: Array, arm: Arm, approach_m: float) -> str:

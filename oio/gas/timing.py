@@ -1,10 +1,10 @@
-"""Gas that is stamped late: a reading stamped t was taken at t - d (USB frames, serial buffers); joints are stamped when they were read.
+"""Time delay of gas stamps: a reading stamped t was taken at t - d (latency of USB frames, serial buffers); joints are stamped when read.
 
-Everything is told in the time of the gas: joints of t - d carry the stamp t, so that no reading has to be restamped and the log stays in
-order. What the encoders drift within d is left out (at 90 s a hundredth of a degree in 0.1 s).
+The clock of the gas stamps is the common one: joints of t - d get the stamp t, so that no reading is restamped and the log stays in order.
+Encoder drift within d is neglected (at 90 s a hundredth of a degree in 0.1 s).
 
-The delay and the sensor's lag are told apart by fast changes only: both shift a slow signal, by d + tau in all. Where the readings cannot
-tell, the priors of both decide, and the sum, which is what the search needs, is found nevertheless.
+Only fast changes separate the delay from the sensor's lag: both shift a slow signal, by d + tau in total. Where the readings do not
+separate them, their priors decide, and the sum, which the search needs, is estimated nevertheless.
 """
 
 from collections import deque
@@ -18,15 +18,15 @@ from oio.gas.trace import Sniffs
 
 @dataclass(frozen=True, slots=True)
 class Delay:
-    """How late readings are stamped [s], and its standard uncertainty; 0 if it is taken as known."""
+    """Time delay of the gas stamps [s] and its standard uncertainty [s]; 0 if the delay is taken as known."""
 
     s: float
     u_s: float
 
 
 def shift_path(sniffs: Sniffs, delay_s: float, first_s: float = 0.0) -> Sniffs:
-    """The same readings, on a path that is `delay_s` later, with nodes at the readings. Those before the path, or before its beginning
-    shifted by `first_s`, are left out."""
+    """Return the same readings on a path that is `delay_s` later, with nodes at the readings. Readings before this path, or before the
+    start of the path shifted by `first_s`, are dropped."""
     if delay_s == 0.0 and first_s == 0.0:
         return sniffs
     t = sniffs.t_s + delay_s
@@ -41,26 +41,26 @@ def shift_path(sniffs: Sniffs, delay_s: float, first_s: float = 0.0) -> Sniffs:
 
 
 class JointDelayLine:
-    """Joints on their way to the filter: held back for the delay, and stamped with the gas's time."""
+    """Delay line for joint states on the way to the filter: held back by the delay and restamped to the clock of the gas."""
 
     def __init__(self, delay_s: float) -> None:
         self._delay_ns, self._waiting = nanoseconds(delay_s), deque[JointState]()
         self._last: JointState | None = None
 
     def joints(self, state: JointState) -> list[JointState]:
-        """What is due when these arrive: at once if nothing is late."""
+        """Add joint states and return those now due: at once if the delay is 0."""
         self._waiting.append(replace(state, t_ns=state.t_ns + self._delay_ns) if self._delay_ns else state)
-        return self._until(state.t_ns)
+        return self._pop_due(state.t_ns)
 
     def reading(self, reading: GasReading) -> list[JointState]:
-        """What is due before this reading; the last of it are the joints at its time, between those before and after."""
-        due = self._until(reading.t_ns)
+        """Return the joint states due before this reading; the last is interpolated at its time."""
+        due = self._pop_due(reading.t_ns)
         if self._last is None or not self._waiting or self._last.t_ns == reading.t_ns:
             return due
         self._last = _interpolated(self._last, self._waiting[0], reading.t_ns)
         return [*due, self._last]
 
-    def _until(self, t_ns: int) -> list[JointState]:
+    def _pop_due(self, t_ns: int) -> list[JointState]:
         due = []
         while self._waiting and self._waiting[0].t_ns <= t_ns:
             due.append(self._waiting.popleft())
@@ -69,9 +69,9 @@ class JointDelayLine:
 
 
 def _interpolated(a: JointState, b: JointState, t_ns: int) -> JointState:
-    share = (t_ns - a.t_ns) / (b.t_ns - a.t_ns)
+    fraction = (t_ns - a.t_ns) / (b.t_ns - a.t_ns)
 
-    def mixed(x: Array, y: Array) -> Array:
-        return np.asarray(x + share * (y - x))
+    def interpolate(x: Array, y: Array) -> Array:
+        return np.asarray(x + fraction * (y - x))
 
-    return JointState(t_ns, mixed(a.q, b.q), mixed(a.dq, b.dq), mixed(a.ddq, b.ddq))
+    return JointState(t_ns, interpolate(a.q, b.q), interpolate(a.dq, b.dq), interpolate(a.ddq, b.ddq))

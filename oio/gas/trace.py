@@ -1,4 +1,4 @@
-"""What was sensed along a path, thinned to what a fit needs: joints while they move, and every reading."""
+"""Trace of readings along a joint path, thinned to what a batch fit needs: joints while they move, and every reading."""
 
 from dataclasses import dataclass, field
 
@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from oio.core.errors import NotObservable
 from oio.core.records import Array, GasReading, JointState, seconds
 
-STILL_RAD = 0.004  # joints that moved less since they were last kept stand still: 2.5 encoder counts
+STILL_RAD = 0.004  # joints that moved less than this since they were last kept are at rest: 2.5 encoder counts
 
 
 @dataclass(slots=True)
 class Trace:
-    """Joints at most every `period_s` and all readings since the trace began; at most `limit` of either, the oldest go first."""
+    """Buffer of joints (at most every `period_s`) and all readings; at most `limit` of either, the oldest are dropped first."""
 
     period_s: float
     limit: int
@@ -23,26 +23,26 @@ class Trace:
     _joints: JointState | None = None
 
     def add(self, sensed: JointState | GasReading) -> None:
-        """Keep joints or a reading."""
+        """Add joints or a reading."""
         if isinstance(sensed, JointState):
             self.joints(sensed)
         else:
             self.reading(sensed)
 
     def joints(self, state: JointState) -> None:
-        """Keep the joints if it is time: every `period_s` while they move, ten times more seldom while they stand."""
+        """Add joints; they are kept every `period_s` while they move, ten times less often at rest."""
         self._joints = state
         if not self._t:
             self._keep(state)
             return
-        waited_s = seconds(state.t_ns) - self._t[-1]
-        if waited_s < self.period_s - 1e-9:
+        elapsed_s = seconds(state.t_ns) - self._t[-1]
+        if elapsed_s < self.period_s - 1e-9:
             return
-        if waited_s >= 10.0 * self.period_s - 1e-9 or np.abs(state.q - self._q[-1]).max() > STILL_RAD:
+        if elapsed_s >= 10.0 * self.period_s - 1e-9 or np.abs(state.q - self._q[-1]).max() > STILL_RAD:
             self._keep(state)
 
     def reading(self, reading: GasReading) -> None:
-        """Keep a reading, and the joints at its time; a reading before the first joints is dropped."""
+        """Add a reading, and the joints at its time; a reading before the first joints is dropped."""
         if self._joints is None:
             return
         if seconds(self._joints.t_ns) > self._t[-1]:
@@ -61,7 +61,7 @@ class Trace:
         return len(self._readings)
 
     def frozen(self) -> "Sniffs":
-        """The trace as arrays; raises NotObservable if there is no reading yet."""
+        """Return the trace as arrays; raises NotObservable if it has fewer than two readings."""
         t = np.array(self._t)
         kept = [r for r in self._readings if seconds(r.t_ns) >= t[0]]
         if len(kept) < 2:
@@ -82,9 +82,9 @@ class Trace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sniffs:
-    """A path t_s (k,), q (k, n) and readings on it: index into the path, time, element, ppm, sigma_ppm, censored, each (m,).
+    """Joint path t_s (k,) [s], q (k, n) [rad] and readings on it: path index, time, element, ppm, sigma_ppm, censored, each (m,).
 
-    The path begins at the first reading, which says what the lagging sensor felt then: what came before left no other trace.
+    The path begins at the first reading, which initialises the sensor's lag: earlier gas has no other effect.
     """
 
     t_s: Array
@@ -97,7 +97,7 @@ class Sniffs:
     censored: NDArray[np.bool_]
 
     def between(self, begin_s: float, end_s: float) -> "Sniffs":
-        """The part with begin_s <= t <= end_s, from its first reading on; raises NotObservable if it has none."""
+        """Return the part with begin_s <= t <= end_s, from its first reading on; raises NotObservable if it has none."""
         kept = (self.reading_t_s >= begin_s) & (self.reading_t_s <= end_s)
         if not np.any(kept):
             raise NotObservable(f"there is no reading from {begin_s:.3f} to {end_s:.3f} s; sniff longer, until the sensor has been read.")
@@ -109,7 +109,7 @@ class Sniffs:
         )  # fmt: skip
 
     def without(self, begin_s: float, end_s: float) -> "Sniffs":
-        """The same path without the readings of begin_s <= t <= end_s; the first reading stays."""
+        """Return the same path without the readings of begin_s <= t <= end_s; the first reading is always kept."""
         kept = (self.reading_t_s < begin_s) | (self.reading_t_s > end_s)
         kept[0] = True
         return Sniffs(

@@ -1,4 +1,4 @@
-"""The fit on a source whose place is known: range law, wind, gains, lag, offsets, encoder drift, and how the gas fluctuates."""
+"""Calibration fit on a beacon, a source at a known position: range law, wind, gains, lag, offsets, encoder drift, gas fluctuation."""
 
 from dataclasses import replace
 
@@ -16,15 +16,15 @@ from oio.inference.model_selection import HELD_BY_FORM, hold_parameters, law_for
 from oio.inference.prior import Nominal, nominal_prior
 from oio.kinematics.arm import Arm
 
-GUESS = 0.3  # gamma to begin with: too large loses a little, too small chases eddies
-ROUNDS = 4  # of answer and fluctuation in turn, at most
-WINDS = 6  # directions of wind tried besides none: the likelihood of the wind has several hills
+GUESS = 0.3  # initial gamma: too large costs a little precision, too small makes the fit follow eddies
+ROUNDS = 4  # maximum number of alternations between fit and noise estimation
+WINDS = 6  # wind directions tried as starts besides still air: the likelihood of the wind is multimodal
 
 
 def beacon_problem(
     sniffs: Sniffs, arm: Arm, law: RangeLaw, nominal: Nominal, offsets: tuple[Array, Array], place: tuple[Array, float]
 ) -> Problem:
-    """The fit with the source at place (3,) m, known to a standard uncertainty [m] per axis, and offsets (E,) ppm with theirs."""
+    """Fit problem of a source at `place`: position (3,) [m] and standard uncertainty per axis [m]; `offsets` (E,) [ppm] and theirs."""
     mean, cov = nominal_prior(arm, law, nominal, *offsets)
     mean[SOURCE] = place[0]
     cov[SOURCE, SOURCE][np.diag_indices(3)] = place[1] ** 2
@@ -36,18 +36,18 @@ def beacon_problem(
 
 
 def _start_gains(signal: Array, element: NDArray[np.int64], nominal: Nominal) -> Array:
-    """ln of how many times what the first element felt each element felt in all (E,): where a fit begins.
+    """Start values of the ln gains (E,): ln of each element's mean signal over that of the first element.
 
-    Specimens differ by factors, and noise that grows with the signal forgives a fit any expectation that is much too large. An element
-    that was never read is taken for its twin's like.
+    Specimens differ by factors, and with noise that grows with the signal, a prediction that is much too large costs the fit little. An
+    element without readings starts at the gain of the first.
     """
     parts = [signal[element == e] for e in range(nominal.elements)]
-    felt = np.array([max(float(np.mean(part)), nominal.sigma_ppm) if len(part) else np.nan for part in parts])
-    return np.asarray(np.nan_to_num(np.log(felt / felt[0])))
+    mean_signal = np.array([max(float(np.mean(part)), nominal.sigma_ppm) if len(part) else np.nan for part in parts])
+    return np.asarray(np.nan_to_num(np.log(mean_signal / mean_signal[0])))
 
 
 def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) -> Fit:
-    """The fit with the air that the law names or that the evidence chooses, or begun `like` a fit of much the same data, with its air."""
+    """Fit with the configured form of the range law, or that of lowest BIC ("evidence"); `like`: start and form from an earlier fit."""
     if like is not None:
         return _alternate(hold_parameters(problem, law_form(like)), noise_scale, like)
     forms = tuple(HELD_BY_FORM) if problem.law.form == "evidence" else (problem.law.form,)
@@ -56,13 +56,13 @@ def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) ->
 
 
 def _best_start(problem: Problem, noise_scale: float) -> Fit:
-    """Best of still air and WINDS winds by likelihood."""
+    """Fit of highest posterior among starts in still air and in WINDS wind directions."""
     guess = Fluctuation(noise_scale, GUESS, problem.law.eddy_s)
     return min((solve(problem, start, guess) for start in _wind_starts(problem)), key=lambda f: f.chi2)
 
 
 def _alternate(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
-    """What the readings say of the noise, and the answer, in turn."""
+    """Alternate between estimating the noise from the residuals and solving for theta."""
     for _ in range(ROUNDS):
         problem = replace(problem, law=fit.law)
         expected = problem.predict(fit.mean)
@@ -76,10 +76,10 @@ def _alternate(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
 
 
 def _fit_discrepancy(problem: Problem, noise: Fluctuation, residual: Array, along: PathField) -> RangeLaw:
-    """The law with the free play and the straying that make the residuals (m,) likeliest.
+    """Range law with the nose jitter (backlash) and model discrepancy of greatest likelihood for the residuals (m,).
 
-    Calmer than is usual counts as such only on very strong evidence: a beacon's few minutes of moving gas do not tell little straying from
-    none, and the next source is smelt elsewhere in the plume. Where the law holds the readings do say so, by tens.
+    Values below the typical ones need very strong evidence: a few minutes of moving gas at a beacon do not separate a small discrepancy
+    from none, and the next source is sensed elsewhere in the plume. Where the law holds, -2 ln L differs by tens.
     """
     law = problem.law
     choices = [(jitter_m, w) for jitter_m in law.nose_jitter_choices_m for w in law.model_discrepancy_choices]
@@ -91,7 +91,7 @@ def _fit_discrepancy(problem: Problem, noise: Fluctuation, residual: Array, alon
 
 def _wind_starts(problem: Problem) -> list[Array]:
     starts = [problem.mean]
-    if problem.cov[KX, KX] < problem.law.wind_per_m_u**2:  # the wind is held
+    if problem.cov[KX, KX] < problem.law.wind_per_m_u**2:  # the wind is held fixed
         return starts
     for angle in 2 * np.pi * np.arange(WINDS) / WINDS:
         start = np.array(problem.mean)

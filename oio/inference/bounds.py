@@ -1,7 +1,7 @@
-"""What no estimator can beat along the executed path: Cramer-Rao for an unbiased one, van Trees for one that knows a prior as well.
+"""Lower bounds on the source covariance along the executed path: Cramer-Rao (unbiased estimator), van Trees (with a prior).
 
-Both keep the prior that calibration gave the nuisance parameters; they differ in whether anything was known of the source. Cramer-Rao
-holds at one truth, van Trees on average over all truths that the prior allows.
+Both keep the calibrated prior of the nuisance parameters; they differ in whether the source has a prior. Cramer-Rao holds at one truth,
+van Trees on average over all truths under the prior.
 """
 
 from dataclasses import dataclass
@@ -16,23 +16,23 @@ from oio.inference.belief_map import fit_strength, readings_without_source, sear
 from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.prior import Prior
 
-NOTHING = 1e-12  # less information, of the prior's or of the best seen direction's, is rounding: the direction is open
+NOTHING = 1e-12  # less information, relative to the prior's or the best direction's, is rounding: the direction is unobservable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bound:
-    """Least covariance (3, 3) m^2 of the source; infinite where the readings leave a direction open."""
+    """Lower bound on the covariance (3, 3) [m^2] of the source; infinite if the readings leave a direction unobservable."""
 
     cov: Array
 
     @property
     def rms_m(self) -> float:
-        """sqrt(tr C) [m]: least root mean square error."""
+        """Lower bound on the root mean square error, sqrt(tr C) [m]."""
         return float(np.sqrt(np.trace(self.cov)))
 
 
 def cramer_rao(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
-    """The bound at theta (P,) if nobody told where the source is, or how strong (Kay 1993, 3.9)."""
+    """Cramer-Rao bound at theta (P,) without a prior on source position and strength (Kay 1993, 3.9)."""
     problem = search_problem(sniffs, known)
     prior = np.asarray(np.linalg.inv(problem.cov), dtype=np.float64)
     prior[: LN_STRENGTH + 1, :] = prior[:, : LN_STRENGTH + 1] = 0.0
@@ -40,15 +40,15 @@ def cramer_rao(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
 
 
 def van_trees(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
-    """The posterior bound with the information of one truth theta (P,): the whole prior counts, the source's box too."""
+    """Posterior (van Trees) bound with the Fisher information at one truth theta (P,): the whole prior counts, the source's box too."""
     problem = search_problem(sniffs, known)
     return _bound(problem, np.linalg.inv(problem.cov) + _information(problem, known, theta))
 
 
 def posterior_cramer_rao(sniffs: Sniffs, known: Prior, rng: np.random.Generator, draws: int) -> Bound:
-    """The posterior bound, (E[F(theta)] + P0^-1)^-1 with the mean over `draws` truths from the prior (Van Trees 1968, 2.4.3).
+    """Posterior Cramer-Rao bound (E[F(theta)] + P0^-1)^-1, the mean over `draws` truths from the prior (Van Trees 1968, 2.4.3).
 
-    The path stays the executed one, as if it had not been chosen for what was smelt, and the lag begins where the first reading had it.
+    The path stays the executed one, as if it did not depend on the readings, and the first reading initialises the lag.
     """
     problem = search_problem(sniffs, known)
     root = np.linalg.cholesky(problem.cov)
@@ -58,29 +58,29 @@ def posterior_cramer_rao(sniffs: Sniffs, known: Prior, rng: np.random.Generator,
 
 
 def of_source(information: Array) -> Array:
-    """F_s = F_ss - F_sn F_nn^-1 F_ns (3, 3): what is left of F (P, P) for the source when everything else has to be found too."""
+    """Marginal information of the source, the Schur complement F_s = F_ss - F_sn F_nn^-1 F_ns (3, 3) of F (P, P)."""
     s, n = ParameterLayout.source, slice(ParameterLayout.source.stop, len(information))
     return np.asarray(information[s, s] - information[s, n] @ np.linalg.solve(information[n, n], information[n, s]))
 
 
 def _information(problem: Problem, known: Prior, theta: Array) -> Array:
-    """Of the readings about theta, at theta (P, P); that their noise depends on theta too is left out."""
+    """Fisher information (P, P) of the readings at theta; the dependence of their noise on theta is neglected."""
     expected = problem.predict(theta)
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows
     return np.asarray(rows.T @ rows)
 
 
 def _bound(problem: Problem, information: Array) -> Bound:
-    scale = np.sqrt(np.diag(problem.cov))  # metres, ppm and rad/s^2 side by side are ill conditioned
-    left = of_source(scale[:, None] * information * scale)
-    values = np.linalg.eigvalsh(left)
+    scale = np.sqrt(np.diag(problem.cov))  # metres, ppm and rad/s^2 in one matrix are ill conditioned
+    marginal = of_source(scale[:, None] * information * scale)
+    values = np.linalg.eigvalsh(marginal)
     if values[0] <= NOTHING * max(1.0, float(values[-1])):
         return Bound(np.diag(np.full(3, np.inf)))
-    return Bound(scale[SOURCE, None] * np.linalg.inv(left) * scale[SOURCE])
+    return Bound(scale[SOURCE, None] * np.linalg.inv(marginal) * scale[SOURCE])
 
 
 def at_truth(sniffs: Sniffs, known: Prior, theta: Array, source_m: Array) -> Array:
-    """theta with the source at its true place (3,) m and the strength that fits best there: where the bound is evaluated."""
+    """theta with the source at its true position (3,) [m] and the best-fitting strength there: where the bound is evaluated."""
     start = np.array(theta)
     start[SOURCE] = source_m
     problem = search_problem(sniffs, known)

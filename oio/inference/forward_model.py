@@ -1,4 +1,4 @@
-"""The forward model of a trace of readings, with its derivatives: what the batch fit fits.
+"""Forward model of a trace of readings, with its Jacobian, for the batch fit.
 
 theta = (s (3) m | l | n | k (3) 1/m | u 1/m | o (dof) rad | a (dof) rad/s^2 | ln g (E) | ln tau factor | b (E) ppm)
 
@@ -23,7 +23,7 @@ from oio.kinematics.arm import Arm
 
 @dataclass(frozen=True, slots=True)
 class ParameterLayout:
-    """Where each block of theta lies."""
+    """Index layout of the parameter vector theta: slice or index of each block."""
 
     dof: int
     elements: int
@@ -37,12 +37,12 @@ class ParameterLayout:
 
     @property
     def offset(self) -> slice:
-        """Joint offsets at t = 0 [rad]."""
+        """Encoder offsets of the joints at t = 0 [rad]."""
         return slice(LAW, LAW + self.dof)
 
     @property
     def drift(self) -> slice:
-        """Accelerations of the encoders [rad/s^2]."""
+        """Encoder drift of the joints, an acceleration [rad/s^2]."""
         return slice(LAW + self.dof, LAW + 2 * self.dof)
 
     @property
@@ -66,7 +66,7 @@ _layout = functools.cache(ParameterLayout)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """What a theta expects: readings without offsets (m,) ppm, their derivatives (m, P), or (0, P) if they are not wanted, the lagged
+    """Prediction at a theta: readings without offsets (m,) [ppm], their Jacobian (m, P), or (0, P) if not requested, the lagged
     concentration at the end of the path [ppm], and the mean field along the path."""
 
     ppm: Array
@@ -77,7 +77,7 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """One trace with the arm that carried the nose, the law, the nominal lag [s] and what is known before (mean, cov of theta)."""
+    """Estimation problem of one trace: readings, arm, range law, nominal lag [s], and the prior of theta (mean, cov)."""
 
     sniffs: Sniffs
     arm: Arm
@@ -90,24 +90,24 @@ class Problem:
 
     @property
     def layout(self) -> ParameterLayout:
-        """Of theta."""
+        """Index layout of theta."""
         return _layout(self.arm.dof, self.elements)
 
     def predict(self, theta: Array, want_rows: bool = True) -> Prediction:
-        """Forward model at theta (P,), with its derivatives unless they are not wanted."""
-        found = self._forward(theta, want_rows)
-        c, rarity, r, speed, dt, tau = found.along
+        """Evaluate the forward model at theta (P,), with its Jacobian if `want_rows`."""
+        forward = self._forward(theta, want_rows)
+        c, rarity, r, speed, dt, tau = forward.along
         field = self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
-        along = PathField(field, dt, tau, self.sniffs.at, found.gain, self.variance(theta, found.ppm))
-        return Prediction(found.ppm, found.rows, float(found.lagged_ppm), along)
+        along = PathField(field, dt, tau, self.sniffs.at, forward.gain, self.variance(theta, forward.ppm))
+        return Prediction(forward.ppm, forward.rows, float(forward.lagged_ppm), along)
 
     def nose(self, theta: Array) -> Array:
-        """Where the nose was along the path (k, 3) m."""
+        """Nose positions (k, 3) [m] along the path at theta."""
         sn, lay = self.sniffs, self.layout
         return self.arm.nose(sn.q - theta[lay.offset] - 0.5 * sn.t_s[:, None] ** 2 * theta[lay.drift])
 
     def expect(self, theta: Array) -> Array:
-        """The expected readings alone, without offsets (m,) ppm."""
+        """Predicted readings alone, without offsets (m,) [ppm]."""
         return self._forward(theta, False).ppm
 
     def _forward(self, theta: Array, want_rows: bool) -> ExpectedPath:
@@ -121,22 +121,22 @@ class Problem:
         return LawScale(self.law.r_ref_m, self.law.radius_m)
 
     def grid_costs(self, thetas: Array, left: Array, z: Array, weight: Array) -> tuple[Array, Array]:
-        """Of thetas (j, P) that differ in source and strength alone: weighted sums of squares (j,) of readings (m,) that have `left` and z
-        above it, with the strength of least squares; and how much greater than theirs its logarithm is (j,)."""
+        """Costs of thetas (j, P) that differ in source and strength alone: weighted sums of squares (j,) at the least-squares strength,
+        and its ln ratio to that of theta (j,). `left` (m,): decay of the lag's initial state; `z` (m,): readings above it [ppm]."""
         sn, lay, theta = self.sniffs, self.layout, thetas[0]
         gains, factor, e = np.exp(theta[lay.gain]), float(np.exp(theta[lay.tau])), sn.element[0]
-        start = max(float((sn.ppm[0] - theta[lay.baseline][e]) / gains[e]), 0.0)
+        initial = max(float((sn.ppm[0] - theta[lay.baseline][e]) / gains[e]), 0.0)
         dt, lag = np.diff(sn.t_s, prepend=sn.t_s[0]), Lag(factor * self.rise_s, factor * self.fall_s)
-        return grid_costs(thetas, self.nose(theta), dt, sn.at, gains[sn.element], start, self._scale, lag, left, z, weight)
+        return grid_costs(thetas, self.nose(theta), dt, sn.at, gains[sn.element], initial, self._scale, lag, left, z, weight)
 
     def residual(self, theta: Array, h: Array) -> Array:
-        """Readings minus expectation (m,) ppm; of a censored one what `oio.gas.censored` makes of it."""
+        """Residuals (m,) [ppm], readings minus prediction; for censored readings see `oio.gas.censored.residual`."""
         sn = self.sniffs
-        return censored.residual(self._miss(theta, h), sn.sigma_ppm, sn.censored)
+        return censored.residual(self._raw_residual(theta, h), sn.sigma_ppm, sn.censored)
 
     def variance(self, theta: Array, h: Array) -> Array:
-        """White variance of the readings (m,) ppm^2; what a censored one tells hangs on what is expected."""
-        return censored.variance(self._miss(theta, h), self.sniffs.sigma_ppm, self.sniffs.censored)
+        """White-noise variances of the readings (m,) [ppm^2]; that of a censored reading depends on the prediction."""
+        return censored.variance(self._raw_residual(theta, h), self.sniffs.sigma_ppm, self.sniffs.censored)
 
-    def _miss(self, theta: Array, h: Array) -> Array:
+    def _raw_residual(self, theta: Array, h: Array) -> Array:
         return np.asarray(self.sniffs.ppm - h - theta[self.layout.baseline][self.sniffs.element])

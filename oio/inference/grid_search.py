@@ -1,4 +1,4 @@
-"""Many places of the source ranked at once: what each would have smelt like along one path of the nose, its strength fitted."""
+"""Grid search over source positions: cost of the readings predicted along one nose path, with the strength fitted at each position."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,13 @@ def grid_costs(
     thetas: Array, nose: Array, dt: Array, at: NDArray[np.int64], gain: Array, start: float, law: LawScale, lag: Lag,
     left: Array, z: Array, weight: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """For theta (j, P) that differ in source and strength alone: weighted sums of squares (j,) with the strength of least squares, and how
-    much greater than theta's the latter's logarithm is (j,).
+    """Costs of theta (j, P) that differ in source and strength alone: weighted sums of squares (j,) at the least-squares strength, and
+    its ln ratio to that of theta (j,).
 
-    nose (k, 3) m, dt (k,) s and the lag's beginning are the path's; readings (m,) have a place on it, a gain, what is `left` of
-    the beginning, what is above that (z), and a weight. `law`: r_ref and radius [m]. `lag`: rise and fall [s].
+    Path: nose (k, 3) [m], dt (k,) [s], initial lag state `start` [ppm]. Readings (m,): path index `at`, gain, decay of the lag's initial
+    state (`left`), signal above that (z) [ppm], and weight. `law`: r_ref and radius [m]. `lag`: rise and fall [s].
     """
-    costs, more, h = np.empty(len(thetas)), np.empty(len(thetas)), np.empty(len(at))
+    costs, ln_factors, h = np.empty(len(thetas)), np.empty(len(thetas)), np.empty(len(at))
     steps = np.empty((len(dt), 2, 2))  # phi and w0 + phi of every step, for rise and fall
     for i in range(len(dt)):
         for j in range(2):
@@ -35,24 +35,24 @@ def grid_costs(
         factor = max(hz / max(hh, 1e-300), 1e-6)
         for i in range(len(at)):
             cost += weight[i] * (z[i] - factor * h[i]) ** 2
-        costs[j], more[j] = cost, np.log(factor)
-    return costs, more
+        costs[j], ln_factors[j] = cost, np.log(factor)
+    return costs, ln_factors
 
 
 @compiled
 def _expected_readings(
     theta: Array, nose: Array, at: NDArray[np.int64], gain: Array, start: float, law: LawScale, steps: Array, h: Array
 ) -> None:
-    """h (m,) ppm: the readings expected, without offsets."""
+    """Fill h (m,) [ppm] with the predicted readings, without offsets."""
     f, c, reading = start, 0.0, 0
     for i in range(len(nose)):
         ln_c, _, _, _ = log_concentration(
             nose[i, 0] - theta[SX], nose[i, 1] - theta[SY], nose[i, 2] - theta[SZ], theta, law.r_ref_m, law.radius_m
         )
-        now = np.exp(min(ln_c, MAX_LN_C))
-        before, c = (c if i > 0 else now), now
+        current = np.exp(min(ln_c, MAX_LN_C))
+        previous, c = (c if i > 0 else current), current
         step = steps[i, 0 if c > f else 1]
-        f = step[0] * f + (step[1] - step[0]) * before + (1.0 - step[1]) * c
+        f = step[0] * f + (step[1] - step[0]) * previous + (1.0 - step[1]) * c
         while reading < len(at) and at[reading] == i:
             h[reading] = gain[reading] * f
             reading += 1

@@ -1,8 +1,7 @@
-"""Many fluctuations tried on the residuals of one fit: those of greatest likelihood, and how likely each is.
+"""Likelihood of fluctuation parameters on a grid, for the residuals of one fit, and the maximum-likelihood parameters.
 
-The same numbers as `oio.gas.fluctuation.whiten` gives one by one, to the bit, but what they share is made once: the decay of the lag
-of every
-step, of the gas for every correlation time, and how high each shape of fluctuation is.
+The results equal those of `oio.gas.fluctuation.whiten`, one by one, to the bit, but shared terms are computed once: the decay of the lag
+over every step, that of the fluctuation for every correlation time, and the amplitude for every shape.
 """
 
 import numpy as np
@@ -17,7 +16,7 @@ TIMES_S = np.geomspace(0.1, 10.0, 10)
 
 
 def fit_fluctuation(residual: Array, along: PathField, scale: float) -> Fluctuation:
-    """gamma and T of greatest likelihood of the residuals (m,) of a fit, on a grid; `scale` is that of the baseline."""
+    """Maximum-likelihood gamma and T of the residuals (m,) of a fit, on a grid; `scale`: white-noise scale of the baseline."""
     shapes = [(along.field.slope_m, along.field.model_discrepancy, float(gamma)) for gamma in GAMMAS]
     costs = minus_2_log_likelihoods(residual, along, scale, shapes, TIMES_S)
     gamma, t_s = np.unravel_index(np.argmin(costs), costs.shape)
@@ -27,11 +26,11 @@ def fit_fluctuation(residual: Array, along: PathField, scale: float) -> Fluctuat
 def minus_2_log_likelihoods(
     residual: Array, along: PathField, scale: float, shapes: list[tuple[float, float, float]], times_s: Array
 ) -> Array:
-    """-2 ln L (s, t), up to a constant, of residuals (m,) along a path, for shapes (n u_p [m], w, gamma) and times (t,) s."""
+    """-2 ln L (s, t), up to a constant, of residuals (m,) along a path, for shapes (n u_p [m], w, gamma) and times (t,) [s]."""
     f, squares = along.field, np.array([gamma**2 for _, _, gamma in shapes])
     path = f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s
-    tried = np.array(shapes), squares, times_s, f.r_ref_m
-    rows, expected = _whiten_all(np.ascontiguousarray(residual[:, None]), along.at, path, tried, along.gain, scale * along.variance_ppm2)
+    grid = np.array(shapes), squares, times_s, f.r_ref_m
+    rows, expected = _whiten_all(np.ascontiguousarray(residual[:, None]), along.at, path, grid, along.gain, scale * along.variance_ppm2)
     m = len(residual)
     pairs = zip(rows.reshape(-1, m, 1), expected.reshape(-1, m), strict=True)
     return np.array([Whitened(*pair).minus_2_log_likelihood for pair in pairs]).reshape(len(shapes), len(times_s))
@@ -40,26 +39,26 @@ def minus_2_log_likelihoods(
 @compiled
 def _whiten_all(
     column: Array, at: NDArray[np.int64], path: tuple[Array, Array, Array, Array, Array, Array],
-    tried: tuple[Array, Array, Array, float], gain: Array, white: Array,
+    grid: tuple[Array, Array, Array, float], gain: Array, white: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Residuals (m, 1) made independent, and the variances expected (s, t, m)."""
+    """Whitened residuals and innovation variances, each (s, t, m), of residuals (m, 1)."""
     mean, rarity, r, speed, dt, tau = path
-    shapes, squares, times, r_ref = tried
-    k, many, lasting = len(dt), len(shapes), len(times)
-    t, phi, keep = np.empty((lasting, k)), np.exp(-dt / tau), np.empty((lasting, k))
-    for i in range(lasting):
+    shapes, squares, times, r_ref = grid
+    k, n_shapes, n_times = len(dt), len(shapes), len(times)
+    t, phi, keep = np.empty((n_times, k)), np.exp(-dt / tau), np.empty((n_times, k))
+    for i in range(n_times):
         for j in range(k):
             t[i, j] = r[j] / (r_ref / times[i] + speed[j])
             keep[i, j] = np.exp(-dt[j] / t[i, j])
-    out, expected = np.empty((many, lasting, len(at))), np.empty((many, lasting, len(at)))
-    steps, high = np.empty((k, 6)), np.empty(k)
-    for s in range(many):
+    out, expected = np.empty((n_shapes, n_times, len(at))), np.empty((n_shapes, n_times, len(at)))
+    steps, amplitude = np.empty((k, 6)), np.empty(k)
+    for s in range(n_shapes):
         slope, w, gamma = shapes[s]
         for j in range(k):
-            high[j] = fluctuation_ppm(mean[j], rarity[j], r[j], slope, w, r_ref, gamma)
-        for i in range(lasting):
+            amplitude[j] = fluctuation_ppm(mean[j], rarity[j], r[j], slope, w, r_ref, gamma)
+        for i in range(n_times):
             for j in range(k):
-                lagged_ou_step(phi[j], keep[i, j], dt[j], tau[j], t[i, j], high[j], gamma * gamma, steps[j])
+                lagged_ou_step(phi[j], keep[i, j], dt[j], tau[j], t[i, j], amplitude[j], gamma * gamma, steps[j])
             rows, ppm2 = whitening_filter(column, at, steps, squares[s], gain, white)
             out[s, i], expected[s, i] = rows[:, 0], ppm2
     return out, expected

@@ -1,12 +1,14 @@
-"""Reads the chain that carries the nose from an MJCF file: bodies (`pos`, `quat`), at most one hinge or slide joint each, the site.
+"""Kinematic chain of an arm from its model file, MJCF or URDF, through MuJoCo's own compiler.
 
-What MuJoCo would heed beyond that is refused, so that the chain is MuJoCo's or none.
+Whatever MuJoCo compiles is read as MuJoCo means it: default classes, includes, degrees, `ref`, joints off their body's origin, several
+joints in one body, sliding joints, every way to write an orientation. Geometry is left out, so no mesh has to be there.
 """
 
-import xml.etree.ElementTree as ET
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,16 @@ from numpy.typing import NDArray
 from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.kinematics.forward import HINGE, SLIDE
+from oio.kinematics.model_file import compile_kinematics
+
+
+@dataclass(frozen=True)
+class NosePoint:
+    """Where the nose is in a model: a site, or a point offset_m (3,) m in the frame of a body (the only way in a URDF)."""
+
+    site: str = "nose"
+    body: str | None = None
+    offset_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,125 +41,112 @@ class KinematicChain:
     nose_offset: Array
 
 
-def load_chain(path: Path) -> KinematicChain:
-    """The chain of bodies that ends in the site `nose` of an MJCF; a body without a joint only carries its children.
+def load_chain(path: Path, nose: NosePoint | None = None) -> KinematicChain:
+    """The joints that move the nose, in their order from the base.
 
-    Raises BadInput if the file is no MJCF with a moving nose, or describes the chain in words that are not read here.
+    Raises BadInput if MuJoCo does not compile the file, if the nose is not in it or no joint moves it, and for ball and free joints.
     """
-    try:
-        root = ET.parse(path).getroot()
-    except ET.ParseError as error:
-        raise BadInput(f"{path} is not XML ({error}). Give an MJCF file with a site named 'nose'.") from None
-    bodies, pose, poses, joints = _bodies_to_nose(root.find("worldbody"), path), np.eye(4), [], []
-    for unread in _unread(root, bodies[:-1], bodies[-1]):
-        raise BadInput(f"{path} has {unread}")
-    for body in bodies[:-1]:
-        pose = pose @ _pose(body)
-        joint = body.find("joint")
-        if joint is not None:
-            poses.append(pose)
-            joints.append(joint)
-            pose = np.eye(4)
-    axes = np.array([_numbers(j, "axis", "0 0 1") for j in joints])
-    ranges = np.array([_numbers(j, "range", "-3.14159265 3.14159265") for j in joints])
+    nose, model = nose or NosePoint(), compile_kinematics(path)
+    body, offset_m = _nose(model, nose, path)
+    pose, poses, joints = np.eye(4), list[Array](), list[int]()
+    for b in _from_world(model, body):
+        pose = pose @ _transform(model.body_pos[b], model.body_quat[b])
+        for j in range(model.body_jntadr[b], model.body_jntadr[b] + model.body_jntnum[b]):
+            _refuse_joint(model, j, path)
+            poses.append(_at_joint(model, j, pose))
+            joints.append(j)
+            pose = _translation(-model.jnt_pos[j])
+    if not joints:
+        raise BadInput(f"{path} has its nose on a body that no joint moves. Put it on the last moving body.")
+    ranges = np.array([_range(model, j, path) for j in joints])
     return KinematicChain(
-        names=tuple(j.get("name", f"joint{i}") for i, j in enumerate(joints)),
+        names=tuple(model.joint(j).name or f"joint{i}" for i, j in enumerate(joints)),
         poses=np.array(poses),
-        axes=axes / np.linalg.norm(axes, axis=1, keepdims=True),
-        kinds=np.array([SLIDE if j.get("type") == "slide" else HINGE for j in joints]),
+        axes=np.array([model.jnt_axis[j] for j in joints]),
+        kinds=np.array([SLIDE if _is_slide(model, j) else HINGE for j in joints]),
         low=ranges[:, 0],
         high=ranges[:, 1],
-        nose_offset=(pose @ np.append(_numbers(bodies[-1], "pos", "0 0 0"), 1.0))[:3],
+        nose_offset=(pose @ np.append(offset_m, 1.0))[:3],
     )
 
 
-def _bodies_to_nose(element: ET.Element | None, path: Path) -> list[ET.Element]:
-    found = _descend(element) if element is not None else None
-    if found is None or not any(body.find("joint") is not None for body in found[:-1]):
-        raise BadInput(f'{path} has no site named \'nose\' on a moving body. Add <site name="nose" pos="..."/> where the sensor sits.')
-    return found
+def _nose(model: Any, nose: NosePoint, path: Path) -> tuple[int, Array]:
+    """The body that carries the nose, and where on it (3,) m."""
+    import mujoco
+
+    if nose.body is not None:
+        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, nose.body)
+        if body < 0:
+            there = ", ".join(filter(None, (model.body(i).name for i in range(1, model.nbody))))
+            raise BadInput(f"arm.nose_body={nose.body} was given, but the bodies of {path} are {there}. Type one of them.")
+        return int(body), np.array(nose.offset_m)
+    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, nose.site)
+    if site < 0:
+        there = ", ".join(filter(None, (model.site(i).name for i in range(model.nsite)))) or "none"
+        raise BadInput(
+            f'{path} has no site named \'{nose.site}\' (sites: {there}). Add <site name="{nose.site}" pos="..."/> where the sensor sits, '
+            f"type arm.nose_site=NAME, or name a body: arm.nose_body=NAME arm.nose_offset_m=[x,y,z]."
+        )
+    return int(model.site_bodyid[site]), np.array(model.site_pos[site])
 
 
-def _descend(element: ET.Element) -> list[ET.Element] | None:
-    for site in element.findall("site"):
-        if site.get("name") == "nose":
-            return [site]
-    for body in element.findall("body"):
-        below = _descend(body)
-        if below is not None:
-            return [body, *below]
-    return None
+def _from_world(model: Any, body: int) -> Iterator[int]:
+    """Bodies from the first below the world to `body`."""
+    if body > 0:
+        yield from _from_world(model, int(model.body_parentid[body]))
+        yield body
 
 
-def _pose(body: ET.Element) -> Array:
-    quat = _numbers(body, "quat", "1 0 0 0")
-    w, x, y, z = quat / np.linalg.norm(quat)
+def _at_joint(model: Any, j: int, pose: Array) -> Array:
+    """The frame (4, 4) in which joint j turns or slides, so that its angle is 0 where the model has it at 0, not at its `ref`."""
+    if np.any(model.jnt_pos[j]):
+        pose = pose @ _translation(model.jnt_pos[j])
+    ref = float(model.qpos0[model.jnt_qposadr[j]])
+    if ref == 0.0:
+        return pose
+    if _is_slide(model, j):
+        return pose @ _translation(-ref * model.jnt_axis[j])
+    return pose @ _transform(np.zeros(3), np.array([math.cos(0.5 * ref), *(-math.sin(0.5 * ref) * model.jnt_axis[j])]))
+
+
+def _is_slide(model: Any, j: int) -> bool:
+    import mujoco
+
+    return bool(model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def _refuse_joint(model: Any, j: int, path: Path) -> None:
+    import mujoco
+
+    kind = mujoco.mjtJoint(model.jnt_type[j])
+    if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+        name = kind.name.removeprefix("mjJNT_").lower()
+        raise BadInput(f"{path} moves its nose by the {name} joint '{model.joint(j).name}', but a joint can be a hinge or a slide.")
+
+
+def _range(model: Any, j: int, path: Path) -> tuple[float, float]:
+    """Limits in rad or m; a hinge without limits may turn once around."""
+    if model.jnt_limited[j]:
+        return float(model.jnt_range[j, 0]), float(model.jnt_range[j, 1])
+    if _is_slide(model, j):
+        raise BadInput(f"{path} has the sliding joint '{model.joint(j).name}' without limits. Give it a range in metres.")
+    return -math.pi, math.pi
+
+
+def _translation(p: Array) -> Array:
+    pose = np.eye(4)
+    pose[:3, 3] = p
+    return pose
+
+
+def _transform(p: Array, quat: Array) -> Array:
+    """Pose (4, 4) of a position (3,) m and a unit quaternion (4,) w, x, y, z."""
+    w, x, y, z = quat
     pose = np.eye(4)
     pose[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    pose[:3, 3] = _numbers(body, "pos", "0 0 0")
+    pose[:3, 3] = p
     return pose
-
-
-def _numbers(element: ET.Element, key: str, default: str) -> Array:
-    return np.array([float(word) for word in element.get(key, default).split()])
-
-
-def _unread(root: ET.Element, bodies: list[ET.Element], nose: ET.Element) -> Iterator[str]:
-    """What would make MuJoCo's chain another one than ours: what is given, what is read, what to write instead."""
-    if root.find(".//include") is not None:
-        yield "an <include>, but only one file is read. Write what it includes into the file itself."
-    if any([nose.get("fromto"), *(site.get(key) for site in root.iterfind(".//default/site") for key in ("pos", "fromto"))]):
-        yield "fromto= at the site 'nose' or a place for sites in a <default>, but the site's own pos is read. Write pos=\"x y z\" at it."
-    for body in bodies:
-        yield from _unread_body(body)
-    joints = [joint for body in bodies for joint in body.findall("joint")]
-    for joint in joints:
-        yield from _unread_joint(joint)
-    yield from _unread_unit(root, joints)
-    yield from _unread_defaults(root, joints)
-
-
-def _unread_body(body: ET.Element) -> Iterator[str]:
-    name, count = body.get("name", ""), len(body.findall("joint"))
-    for key in ("euler", "axisangle", "xyaxes", "zaxis"):
-        if body.get(key) is not None:
-            yield f'{key}="{body.get(key)}" at body \'{name}\', but bodies are turned by quat only. Write quat="w x y z" instead.'
-    if count > 1:
-        yield f"{count} joints in body '{name}', but a body may have one. Put each further joint into a body of its own inside it."
-    if body.find("freejoint") is not None or body.find("frame//joint") is not None:
-        yield f"a <freejoint> or a joint in a <frame> in body '{name}', but a joint is a <joint> of its body. Write it as one."
-
-
-def _unread_joint(joint: ET.Element) -> Iterator[str]:
-    name, kind = joint.get("name", ""), joint.get("type", "hinge")
-    if kind not in ("hinge", "slide"):
-        yield f'type="{kind}" at joint \'{name}\', but a joint can be a hinge or a slide. Write type="hinge" or type="slide".'
-    if np.any(_numbers(joint, "pos", "0 0 0")):
-        yield f"pos=\"{joint.get('pos')}\" at joint '{name}', but it must sit where its body does. Move the body there and leave pos out."
-    if np.any(_numbers(joint, "ref", "0")):
-        yield f"ref=\"{joint.get('ref')}\" at joint '{name}', but 0 must be where the body is drawn. Leave ref out and turn the body."
-
-
-def _unread_unit(root: ET.Element, joints: list[ET.Element]) -> Iterator[str]:
-    unit = [c.get("angle") for c in root.findall("compiler") if c.get("angle") is not None][-1:]  # MuJoCo: the last one counts
-    hinge = next((j for j in joints if j.get("type", "hinge") == "hinge" and j.get("range") is not None), None)
-    if hinge is not None and unit != ["radian"]:
-        given = f'<compiler angle="{unit[0]}">' if unit else "no <compiler angle=...>"
-        yield (
-            f"{given}, so that range=\"{hinge.get('range')}\" of hinge '{hinge.get('name', '')}' is in degrees, but radians are read. "
-            f'Write <compiler angle="radian"/> and every range in radians.'
-        )
-
-
-def _unread_defaults(root: ET.Element, joints: list[ET.Element]) -> Iterator[str]:
-    """A default does no harm where every joint of the chain writes the attribute itself."""
-    for default in root.iterfind(".//default/joint"):
-        for key in ("type", "axis", "range", "pos", "ref"):
-            without = [joint.get("name", "") for joint in joints if joint.get(key) is None]
-            if default.get(key) is not None and without:
-                given = f'{key}="{default.get(key)}" for joints in a <default>'
-                yield f"{given}, but it is read at the joint itself only. Write {key}= at {', '.join(without)}."

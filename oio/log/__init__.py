@@ -1,4 +1,4 @@
-"""The log of a run: one MCAP file (Protobuf, Foxglove schemas where one fits). Nothing else in OIO knows the format.
+"""Run log: one MCAP file (Protobuf, Foxglove schemas where one fits). No other part of OIO depends on the format.
 
 May import: `oio.core`. May not import: anything that interprets what is logged.
 """

@@ -1,4 +1,4 @@
-"""What is sound in a log without its end, or with bytes that are not as they were written."""
+"""Damage survey: which records are intact in a log that is truncated or corrupted."""
 
 import os
 from collections.abc import Iterator
@@ -13,20 +13,20 @@ from oio.log.record_scanner import DAMAGE, records
 
 @dataclass(slots=True)
 class Salvage:
-    """What was found: how many messages, until when [ns], and whether nothing is missing."""
+    """Recovery report: how many messages were found, the time of the last one [ns], and whether nothing is missing."""
 
     messages: int = 0
     until_ns: int = 0
     complete: bool = False
 
     def count(self, message: Message) -> None:
-        """One more message was found."""
+        """Count one message."""
         self.messages += 1
         self.until_ns = max(self.until_ns, message.log_time)
 
 
 def survey(path: Path) -> Salvage:
-    """What could be kept of a file, without writing anything."""
+    """Return what could be recovered of a file, without writing anything."""
     found = Salvage()
     for record in sound_records(path, found):
         if isinstance(record, Message):
@@ -35,23 +35,24 @@ def survey(path: Path) -> Salvage:
 
 
 def sound_records(path: Path, found: Salvage) -> Iterator[McapRecord]:
-    """Records with chunks opened; a chunk that fails its checksum is passed over, a broken record is the end.
+    """Yield the intact records, with chunks unpacked; a chunk that fails its checksum is skipped, a corrupted record ends the scan.
 
-    At the end `found.complete` says whether that was everything.
+    At the end `found.complete` is True if that was everything.
     """
-    whole = True
+    intact = True
     with path.open("rb") as file:
         try:
             for record in records(file, os.fstat(file.fileno()).st_size, ended=False):
-                inside = _opened(record)
-                whole &= inside is not None
-                yield from inside or ()
-                found.complete = whole and isinstance(record, DataEnd)
+                unpacked = _unpacked(record)
+                intact &= unpacked is not None
+                yield from unpacked or ()
+                found.complete = intact and isinstance(record, DataEnd)
         except DAMAGE:
             return
 
 
-def _opened(record: McapRecord) -> list[McapRecord] | None:
+def _unpacked(record: McapRecord) -> list[McapRecord] | None:
+    """Records of a chunk, or the record itself; None if its checksum or its framing is wrong."""
     try:
         return breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
     except DAMAGE:

@@ -1,4 +1,4 @@
-"""Messages back to records, by the name of their schema; every float keeps its bits."""
+"""Decoder: messages to records, by the name of their schema; every float is preserved bit for bit."""
 
 from collections.abc import Callable
 from typing import Any
@@ -42,13 +42,13 @@ SAMPLES: dict[str, Callable[[int, bytes], WorldSample]] = {
 
 
 def belief(t_ns: int, data: bytes) -> Belief:
-    """A belief with its covariance made whole again."""
+    """Decode a belief; its full covariance is rebuilt from the upper triangle."""
     message = schemas.State.FromString(data)
     return Belief(t_ns, np.array(message.mean), _mirrored(message.cov_upper, len(message.mean)))
 
 
 def named_belief(t_ns: int, data: bytes) -> tuple[tuple[str, ...], Belief]:
-    """A belief with the names of its n entries."""
+    """Decode a belief with the names of its n entries."""
     return tuple(schemas.State.FromString(data).names), belief(t_ns, data)
 
 
@@ -60,26 +60,26 @@ def _mirrored(upper: Any, n: int) -> Array:
 
 
 def innovation(t_ns: int, data: bytes) -> Innovation:
-    """An innovation."""
+    """Decode an innovation."""
     message = schemas.Innovation.FromString(data)
     m = len(message.residual)
     return Innovation(t_ns, np.array(message.residual), np.array(message.cov).reshape(m, m), message.gated)
 
 
 def reading(t_ns: int, data: bytes) -> GasReading:
-    """A calibrated reading."""
+    """Decode a calibrated reading."""
     message = schemas.GasReading.FromString(data)
     return GasReading(t_ns, message.element, message.ppm, message.sigma_ppm)
 
 
 def odometry(t_ns: int, data: bytes) -> tuple[int, Array, Array]:
-    """t_ns, where the nose is believed to be (3,) m, its covariance (3, 3) m^2."""
+    """Decode odometry: t_ns, believed nose position (3,) m, its covariance (3, 3) m^2."""
     message = Odometry.FromString(data)
     p = message.pose.position
     return t_ns, np.array([p.x, p.y, p.z]), np.array(message.pose_covariance).reshape(6, 6)[:3, :3]
 
 
 def stage(t_ns: int, data: bytes) -> tuple[int, str, str]:
-    """t_ns, the stage, and where it stood."""
+    """Decode a stage event: t_ns, the stage, its state (`begin`, `end` or `failed`)."""
     message = schemas.StageResult.FromString(data)
     return t_ns, message.stage, message.state

@@ -1,4 +1,4 @@
-"""Records to messages: which topic, which schema, bit for bit."""
+"""Encoder: records to messages, with topic and schema, bit for bit."""
 
 import math
 from collections.abc import Sequence
@@ -18,28 +18,28 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
 from oio.log import schemas
 
-Topics = dict[str, Any]  # what one record becomes: a message for each topic
+Topics = dict[str, Any]  # the messages of one record, by topic
 JOINTS, TRUTH, EVENTS = "/arm/joint_states", "/truth/state", "/events"
 
 
 def gas_topic(sensor: str) -> str:
-    """Where the raw samples of a sensor go."""
+    """Return the topic of a sensor's raw samples."""
     return f"/gas/{sensor}/sample"
 
 
 def sample_topics(sensor: str) -> dict[str, Any]:
-    """The topics of what a world yields, with the class of message on each."""
+    """Return the topics of world samples, with the class of message on each."""
     return {JOINTS: JointStates, gas_topic(sensor): schemas.GasSample, TRUTH: schemas.TruthState, EVENTS: schemas.Event}
 
 
 def stamp(t_ns: int) -> dict[str, int]:
-    """A protobuf Timestamp; the epoch is the moment the world opened."""
+    """Return a protobuf Timestamp; its epoch is the moment the world opened."""
     seconds, nanos = divmod(t_ns, SECOND_NS)
     return {"seconds": seconds, "nanos": nanos}
 
 
 def world_sample(sample: WorldSample, sensor: str, joints: Sequence[str]) -> Topics:
-    """What a world yields, as messages; raises ValueError if there are not as many joint values as names."""
+    """Encode a world sample; raises ValueError if there are not as many joint values as names."""
     match sample:
         case JointState():
             return {JOINTS: _joint_states(sample, joints)}
@@ -48,7 +48,7 @@ def world_sample(sample: WorldSample, sensor: str, joints: Sequence[str]) -> Top
         case Truth():
             return {TRUTH: _truth_state(sample), "/truth/nose": _truth_nose(sample)}
         case Event(kind="span"):
-            return {EVENTS: _event(sample)}  # several a second, for `backend=replay` and no person
+            return {EVENTS: _event(sample)}  # several a second, used by `backend=replay` only: not shown in the viewer's log
         case Event():
             return {EVENTS: _event(sample), "/log": _log_line(sample)}
 
@@ -81,7 +81,7 @@ def _log_line(event: Event) -> Any:
 
 
 def pose(p_m: Array, xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> Pose:
-    """A pose at p_m (3,) m, unrotated unless a quaternion is given."""
+    """Return a pose at p_m (3,) m, unrotated unless a quaternion is given."""
     x, y, z, w = xyzw
     return Pose(position=_vector(p_m), orientation=Quaternion(x=x, y=y, z=z, w=w))
 
@@ -92,12 +92,12 @@ def _vector(p_m: Array) -> Vector3:
 
 
 def gas_reading(reading: GasReading) -> Any:
-    """One calibrated reading."""
+    """Encode one calibrated reading."""
     return schemas.GasReading(stamp=stamp(reading.t_ns), element=reading.element, ppm=reading.ppm, sigma_ppm=reading.sigma_ppm)
 
 
 def state(belief: Belief, names: Sequence[str], units: Sequence[str]) -> Any:
-    """A belief; of the covariance only the upper triangle is kept, so it should be symmetric to the last bit."""
+    """Encode a belief; only the upper triangle of the covariance is stored, so it should be symmetric to the last bit."""
     n = len(belief.mean)
     if not len(names) == len(units) == n:
         raise ValueError(f"a belief of {n} entries has {len(names)} names and {len(units)} units")
@@ -106,7 +106,7 @@ def state(belief: Belief, names: Sequence[str], units: Sequence[str]) -> Any:
 
 
 def odometry(t_ns: int, nose_m: Array, cov: Array) -> Topics:
-    """The nose in the base frame, position (3,) m and covariance (3, 3) m^2; rotation is not estimated (zero is "unknown")."""
+    """Encode the nose in the base frame, position (3,) m and covariance (3, 3) m^2; rotation is not estimated (zero is "unknown")."""
     full = np.zeros((6, 6))
     full[:3, :3] = cov
     at = stamp(t_ns)
@@ -118,7 +118,7 @@ def odometry(t_ns: int, nose_m: Array, cov: Array) -> Topics:
 
 
 def innovation(surprise: Innovation) -> Any:
-    """What an update was surprised by; `nis` is NaN if the covariance is singular, since a log must not stop a run."""
+    """Encode an innovation; `nis` is NaN if the covariance is singular, since logging must not stop a run."""
     try:
         nis = surprise.nis
     except np.linalg.LinAlgError:
@@ -128,5 +128,5 @@ def innovation(surprise: Innovation) -> Any:
 
 
 def stage_result(t_ns: int, stage: str, state: str, json: str) -> Any:
-    """Where a stage stands: `begin`, `end` with its result, or `failed` with what went wrong."""
+    """Encode a stage event: `begin`, `end` with the result, or `failed` with the error."""
     return schemas.StageResult(stamp=stamp(t_ns), stage=stage, state=state, json=json)

@@ -1,4 +1,4 @@
-"""`MemoryLog`: the log of a run that is scored and thrown away. What the world yielded is kept in memory; the rest has no reader."""
+"""`MemoryLog`: in-memory log of a run that is scored and discarded. World samples are kept; nothing else is read back."""
 
 from collections.abc import Iterator
 
@@ -7,22 +7,22 @@ from oio.log.write import RunLog
 
 
 class MemoryLog(RunLog):
-    """A `RunLog` without a file: `samples` gives back the very records that were written, in the same order."""
+    """A `RunLog` without a file: `samples` returns the same record objects that were written, in the same order."""
 
     def __init__(self) -> None:
-        self._stage, self._shown_ns = "", -SECOND_NS
+        self._stage, self._last_progress_ns = "", -SECOND_NS
         self.watchers = []
         self._kept: list[WorldSample] = []
 
     def write(self, sample: WorldSample) -> None:
-        """What the world yielded; what a stage says to a person would not be read back, so it is not kept."""
+        """Keep a world sample; progress events are never read back, so they are not kept."""
         if not (isinstance(sample, Event) and sample.kind == "progress"):
             self._kept.append(sample)
 
     def samples(self, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
-        """What was given to `write` so far with since_ns < t_ns <= until_ns, in that order."""
-        so_far = tuple(self._kept)
-        return (sample for sample in so_far if since_ns < sample.t_ns and (until_ns is None or sample.t_ns <= until_ns))
+        """Return the samples written so far with since_ns < t_ns <= until_ns, in that order."""
+        written = tuple(self._kept)
+        return (sample for sample in written if since_ns < sample.t_ns and (until_ns is None or sample.t_ns <= until_ns))
 
     def reading(self, reading: GasReading) -> None:
         """Derived from a sample: not kept."""
@@ -43,4 +43,4 @@ class MemoryLog(RunLog):
         """Not kept."""
 
     def _mark(self, stage: str, state: str, t_ns: int, result: object, figure: str = "") -> None:
-        self._tell(stage, state, t_ns, "", figure)
+        self._notify(stage, state, t_ns, "", figure)

@@ -1,4 +1,4 @@
-"""A log while it is written: `<path>.part`, in the state that a crash would leave it in once a second."""
+"""Log file being written: `<path>.part`, flushed once a second to a state that survives a crash."""
 
 import os
 import time
@@ -24,16 +24,16 @@ class _Channel:
 
 
 def open_writer(file: Any) -> Writer:
-    """An MCAP writer with the settings of every OIO log, its header written."""
+    """Return an MCAP writer with the settings of every OIO log, its header written."""
     writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
     writer.start()
     return writer
 
 
 class Part:
-    """The unfinished file. Where its chunks end depends on what was written and never on the clock on the wall.
+    """Unfinished log file. Its chunk boundaries depend on the data and never on the wall clock.
 
-    Memory grows by the index that MCAP puts at a file's end and by nothing else: one entry per chunk.
+    Memory grows only by the MCAP index of the file: one entry per chunk.
     """
 
     def __init__(self, path: Path, metadata: dict[str, str]) -> None:
@@ -49,10 +49,10 @@ class Part:
         self._t_ns = self._flushed_ns = 0
         self._flushed_wall_s = time.monotonic()
         self._writer.add_metadata(METADATA, metadata)
-        self.flush()  # a run that dies in its first second still says what it was
+        self.flush()  # the metadata of a run that crashes in its first second are kept
 
     def channel(self, topic: str, kind: Any) -> _Channel:
-        """The channel of `topic` for messages of class `kind`, made at first mention."""
+        """Return the channel of `topic` for messages of class `kind`; it is registered at first use."""
         if topic not in self._channels:
             name = kind.DESCRIPTOR.full_name
             if name not in self._schemas:
@@ -69,31 +69,31 @@ class Part:
         if self._t_ns - self._flushed_ns >= SECOND_NS:
             self.flush()
         elif time.monotonic() - self._flushed_wall_s >= 1.0:
-            self._hand_over()
+            self._flush_file()
 
     def attach(self, name: str, data: bytes) -> None:
-        """Append a file. At once, not at the end: what a crashed run was configured with is in its log."""
+        """Append an attachment. At once, not at the end: the configuration of a crashed run is then in its log."""
         self._writer.add_attachment(0, self._t_ns, name, "application/octet-stream", data)
-        self._hand_over()
+        self._flush_file()
 
     def flush(self) -> int:
-        """Close the chunk and give everything to the operating system; returns how many bytes are there."""
+        """Close the chunk and pass all data to the operating system; returns the file size in bytes."""
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._flushed_ns = self._t_ns
-        self._hand_over()
+        self._flush_file()
         return self._file.tell()
 
-    def _hand_over(self) -> None:
+    def _flush_file(self) -> None:
         self._file.flush()
         self._flushed_wall_s = time.monotonic()
 
     def finish(self) -> None:
-        """Write index and footer and close; the name stays `.part`."""
+        """Write index and footer and close; the file name stays `.part`."""
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._file.flush()
         os.fsync(self._file.fileno())
         self._file.close()
 
     def rename(self) -> None:
-        """Give the finished file its name."""
+        """Rename the finished file to its final path."""
         self.path.rename(self.final)

@@ -1,4 +1,4 @@
-"""Any result of a stage as JSON that every reader accepts."""
+"""JSON serialisation of any stage result, readable by every JSON parser."""
 
 import dataclasses
 import json
@@ -12,7 +12,7 @@ import numpy as np
 
 
 def to_json(value: object) -> str:
-    """JSON text of `value`; the same value gives the same text in every process."""
+    """Return `value` as JSON text; the same value gives the same text in every process."""
     return json.dumps(_plain(value), allow_nan=False)
 
 
@@ -37,5 +37,5 @@ def _plain(value: object) -> Any:
 
 def _number(value: float) -> float | str | None:
     if math.isnan(value):
-        return None  # JSON has no NaN, and null says "no value" as well
+        return None  # JSON has no NaN; null is "no value"
     return value if math.isfinite(value) else repr(value)

@@ -1,4 +1,4 @@
-"""From MCAP records to the messages asked for, one chunk in memory at a time; every checksum is checked."""
+"""MCAP record scanner: selects messages by schema and time, one chunk in memory at a time, with every checksum verified."""
 
 import struct
 from collections.abc import Collection, Iterator
@@ -10,31 +10,31 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, DataEnd, Footer, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-# What the parser raises on bytes that are not as they were written; CRC and text errors are ValueErrors.
+# What the parser raises on corrupted bytes; CRC and text errors are ValueErrors.
 DAMAGE = (McapError, ValueError, struct.error, zstandard.ZstdError, MemoryError, OverflowError)
 
 
-class _Bounded:
-    """The first `size` bytes of a file. mcap takes fewer bytes than it asked for without a word; here that is damage."""
+class _BoundedReader:
+    """File reader limited to the first `size` bytes. mcap accepts a short read silently; here it raises ValueError."""
 
     def __init__(self, file: IO[bytes], size: int) -> None:
-        self._file, self._left = file, size
+        self._file, self._bytes_left = file, size
 
     def read(self, count: int) -> bytes:
-        """So many bytes; more than there are is no reason to reserve memory for them."""
-        if count > self._left:
+        """Read `count` bytes; raises before any memory is reserved if fewer are left."""
+        if count > self._bytes_left:
             raise ValueError("a record goes beyond the end")
-        self._left -= count
+        self._bytes_left -= count
         return self._file.read(count)
 
 
 def records(file: IO[bytes], size: int, ended: bool = True) -> Iterator[McapRecord]:
-    """The records of the data section, chunks still closed, and DataEnd last; one of DAMAGE if it is not reached.
+    """Yield the records of the data section, chunks still packed, and DataEnd last; raises one of DAMAGE if it is not reached.
 
-    `size` is how many bytes of the file count. Without DataEnd the checksum over all data goes unchecked: only a file that is
-    not `ended` may stop after any whole record.
+    `size` is how many bytes of the file are read. Without DataEnd the checksum over all data cannot be verified: only a file that is
+    not `ended` may stop after any complete record.
     """
-    reader = StreamReader(cast(IO[bytes], _Bounded(file, size)), emit_chunks=True, validate_crcs=True, record_size_limit=size)
+    reader = StreamReader(cast(IO[bytes], _BoundedReader(file, size)), emit_chunks=True, validate_crcs=True, record_size_limit=size)
     for record in reader.records:
         if isinstance(record, Footer):
             break
@@ -45,7 +45,7 @@ def records(file: IO[bytes], size: int, ended: bool = True) -> Iterator[McapReco
 
 
 class Picker:
-    """Picks the messages of certain schemas in a window of time out of a stream of records."""
+    """Message filter: selects the messages of certain schemas in a time window from a stream of records."""
 
     def __init__(self, kinds: Collection[str], since_ns: int = -1, until_ns: int | None = None) -> None:
         self._kinds, self._since_ns, self._until_ns = frozenset(kinds), since_ns, until_ns
@@ -53,21 +53,21 @@ class Picker:
         self._channels: dict[int, str] = {}
 
     def pick(self, stream: Iterator[McapRecord]) -> Iterator[tuple[str, Message]]:
-        """(schema name, message) in written order with since_ns < log time <= until_ns."""
+        """Yield (schema name, message) in written order with since_ns < log time <= until_ns."""
         for record in stream:
-            if isinstance(record, Chunk) and self._may_hold(record):
+            if isinstance(record, Chunk) and self._may_contain(record):
                 for inner in breakup_chunk(record, validate_crc=True):
-                    yield from self._look(inner)
+                    yield from self._select(inner)
 
-    def _may_hold(self, chunk: Chunk) -> bool:
+    def _may_contain(self, chunk: Chunk) -> bool:
         if not self._kinds.issubset(self._channels.values()):
             return True  # it may declare a channel that later chunks use
-        return self._inside(chunk.message_end_time, chunk.message_start_time)
+        return self._in_window(chunk.message_end_time, chunk.message_start_time)
 
-    def _inside(self, late_ns: int, early_ns: int) -> bool:
+    def _in_window(self, late_ns: int, early_ns: int) -> bool:
         return late_ns > self._since_ns and (self._until_ns is None or early_ns <= self._until_ns)
 
-    def _look(self, record: McapRecord) -> Iterator[tuple[str, Message]]:
+    def _select(self, record: McapRecord) -> Iterator[tuple[str, Message]]:
         match record:
             case Schema():
                 self._schemas[record.id] = record.name
@@ -75,11 +75,11 @@ class Picker:
                 self._channels[record.id] = self._schemas.get(record.schema_id, "")
             case Message():
                 kind = self._channels.get(record.channel_id)
-                if kind in self._kinds and self._inside(record.log_time, record.log_time):
+                if kind in self._kinds and self._in_window(record.log_time, record.log_time):
                     yield kind, record
 
 
 def written(path: Path, size: int, picker: Picker) -> Iterator[tuple[str, Message]]:
-    """What is picked from the first `size` bytes of a file that is still being written."""
+    """Yield the selected messages of the first `size` bytes of a file that is still being written."""
     with path.open("rb") as file:
         yield from picker.pick(records(file, size, ended=False))

@@ -1,4 +1,4 @@
-"""A finished log from one without its end: whatever `survey` finds sound is copied."""
+"""Log recovery: a finished log from a truncated or corrupted one; every record that `survey` finds intact is copied."""
 
 import os
 from itertools import chain
@@ -15,7 +15,7 @@ from oio.log.validation import index_is_sound, metadata, refuse_foreign
 
 
 def recover(path: Path, out: Path) -> int:
-    """Copy every complete record of `path` into the finished log `out`; returns the messages kept, 0 if there are none.
+    """Copy every intact record of `path` to the finished log `out`; returns the number of messages kept, 0 if there are none.
 
     `path` is only read; raises BadInput if it is no OIO log or `out` exists.
     """
@@ -23,7 +23,7 @@ def recover(path: Path, out: Path) -> int:
 
 
 def salvage(path: Path, out: Path) -> Salvage:
-    """`recover`, with all that is known about what was kept; `out` is not made if nothing was."""
+    """`recover`, returning the full recovery report; `out` is not created if no message was kept."""
     refuse_foreign(path)
     if out.exists():
         raise BadInput(f"{out} is there already, and a log is never overwritten. Type `python -m oio.recover {path} OUT` with another OUT.")
@@ -54,7 +54,7 @@ def _copy(path: Path, writer: Writer) -> Salvage:
 
 
 def _declared(path: Path) -> list[McapRecord]:
-    """Schemas and channels as the index repeats them, so that the loss of the first chunk is not the loss of all."""
+    """Schemas and channels as repeated in the index, so that a lost first chunk does not lose all messages."""
     if not index_is_sound(path):
         return []
     with path.open("rb") as file:
@@ -63,16 +63,16 @@ def _declared(path: Path) -> list[McapRecord]:
 
 
 class _Copier:
-    """Writes records into another file, where schemas and channels get new numbers."""
+    """Copies records to another file, where schemas and channels get new ids."""
 
     def __init__(self, writer: Writer) -> None:
         self._writer = writer
         self._schemas: dict[int, int] = {}
         self._channels: dict[int, int] = {}
-        self.orphans = 0  # messages whose channel was lost
+        self.orphans = 0  # number of messages whose channel was lost
 
     def copied(self, record: McapRecord) -> bool:
-        """Write one record; False for a message that no longer has a channel."""
+        """Copy one record; False for a message whose channel was lost."""
         writer = self._writer
         match record:
             case Schema() if record.id not in self._schemas:

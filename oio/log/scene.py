@@ -1,4 +1,4 @@
-"""The belief as a picture: translucent spheres of equal smell, ellipsoids of where the source may be, one line of text."""
+"""Foxglove 3D scene of the belief: translucent range spheres, 95 % ellipsoids of the source hypotheses, one line of text."""
 
 import math
 from collections.abc import Sequence
@@ -17,24 +17,24 @@ from oio.core.records import Array
 from oio.log.encode import pose, stamp
 
 CHI2_95 = 7.81  # 95 % quantile of chi-square with 3 degrees of freedom
-_SHELL = Color(r=0.2, g=0.5, b=1.0, a=0.12)
-_GUESS = Color(r=1.0, g=0.4, b=0.1, a=0.5)
-_TEXT = Color(r=1.0, g=1.0, b=1.0, a=1.0)
+_SPHERE_COLOR = Color(r=0.2, g=0.5, b=1.0, a=0.12)
+_HYPOTHESIS_COLOR = Color(r=1.0, g=0.4, b=0.1, a=0.5)
+_TEXT_COLOR = Color(r=1.0, g=1.0, b=1.0, a=1.0)
 _TEXT_AT_M = np.array([0.0, 0.0, 0.6])  # above the arm
 
 
 def scene(t_ns: int, centres_m: Array, radii_m: Array, hypotheses: Sequence[tuple[Array, Array]], text: str) -> SceneUpdate:
-    """Spheres at centres_m (k, 3) m of radii_m (k,) m, hypotheses of mean (3,) m and covariance (3, 3) m^2, all in frame base.
+    """Return the scene: spheres at centres_m (k, 3) m of radii_m (k,) m, hypotheses of mean (3,) m and covariance (3, 3) m^2, frame base.
 
-    What is not finite cannot be drawn and is left out.
+    Entries that are not finite cannot be drawn and are left out.
     """
-    shells = [_ball(c, np.full(3, 2 * r), _SHELL) for c, r in zip(centres_m, radii_m, strict=True) if _finite(c, r)]
-    guesses = [_ellipsoid(mean, cov) for mean, cov in hypotheses if _finite(mean, cov)]
-    words = TextPrimitive(pose=pose(_TEXT_AT_M), billboard=True, font_size=14.0, scale_invariant=True, color=_TEXT, text=text)
+    spheres = [_sphere(c, np.full(3, 2 * r), _SPHERE_COLOR) for c, r in zip(centres_m, radii_m, strict=True) if _finite(c, r)]
+    ellipsoids = [_ellipsoid(mean, cov) for mean, cov in hypotheses if _finite(mean, cov)]
+    label = TextPrimitive(pose=pose(_TEXT_AT_M), billboard=True, font_size=14.0, scale_invariant=True, color=_TEXT_COLOR, text=text)
     entities = [
-        _entity(t_ns, "spheres", spheres=shells),
-        _entity(t_ns, "hypotheses", spheres=guesses),
-        _entity(t_ns, "text", texts=[words]),
+        _entity(t_ns, "spheres", spheres=spheres),
+        _entity(t_ns, "hypotheses", spheres=ellipsoids),
+        _entity(t_ns, "text", texts=[label]),
     ]
     return SceneUpdate(entities=entities)  # an entity replaces the older one of the same id
 
@@ -47,10 +47,10 @@ def _ellipsoid(mean: Array, cov: Array) -> SpherePrimitive:
     variances, axes = np.linalg.eigh(cov)
     axes[:, 0] *= math.copysign(1.0, np.linalg.det(axes))  # eigenvectors may be a mirror, a rotation may not
     size_m = 2.0 * np.sqrt(CHI2_95 * np.maximum(variances, 0.0))
-    return _ball(mean, size_m, _GUESS, Rotation.from_matrix(axes).as_quat().tolist())
+    return _sphere(mean, size_m, _HYPOTHESIS_COLOR, Rotation.from_matrix(axes).as_quat().tolist())
 
 
-def _ball(centre_m: Array, size_m: Array, color: Color, xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> SpherePrimitive:
+def _sphere(centre_m: Array, size_m: Array, color: Color, xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> SpherePrimitive:
     x, y, z = size_m.tolist()
     return SpherePrimitive(pose=pose(centre_m, xyzw), size=Vector3(x=x, y=y, z=z), color=color)
 
@@ -60,12 +60,12 @@ def _finite(*arrays: Array | float) -> bool:
 
 
 def hypotheses(t_ns: int, data: bytes) -> tuple[int, list[tuple[Array, Array]]]:
-    """The way back: t_ns and the hypotheses as `scene` got them, each mean (3,) m and covariance (3, 3) m^2."""
+    """Decode the hypotheses of a scene: t_ns, and each mean (3,) m and covariance (3, 3) m^2, as passed to `scene`."""
     entities = SceneUpdate.FromString(data).entities
-    return t_ns, [_unscaled(ball) for entity in entities if entity.id == "hypotheses" for ball in entity.spheres]
+    return t_ns, [_mean_and_cov(ball) for entity in entities if entity.id == "hypotheses" for ball in entity.spheres]
 
 
-def _unscaled(ball: Any) -> tuple[Array, Array]:
+def _mean_and_cov(ball: Any) -> tuple[Array, Array]:
     p, q, size = ball.pose.position, ball.pose.orientation, ball.size
     axes = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
     variances = np.array([size.x, size.y, size.z]) ** 2 / (4.0 * CHI2_95)

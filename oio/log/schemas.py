@@ -1,14 +1,14 @@
-"""The `oio.v1` messages, built from a table at import: no protoc, and the whole format can be read here.
+"""Protobuf schemas of the `oio.v1` messages, built from a table at import: no protoc, and the whole format can be read here.
 
 Where Foxglove has a schema that fits, it is used instead (`oio/log/encode.py`), so that its viewer draws it without a plug-in.
-Units end the names; a message without one holds what its record in `oio/core/records.py` says. All times are `stamp`.
+Units end the names; a message without one holds what its record in `oio/core/records.py` documents. All times are `stamp`.
 """
 
 from typing import Any
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 
-SCHEMA_VERSION = "1"  # one more whenever an old reader would misread a new file
+SCHEMA_VERSION = "1"  # incremented whenever an old reader would misread a new file
 PACKAGE = "oio.v1"
 
 _FIELDS = {  # name: (field, type), ...; numbered from 1 in this order, so new fields go to the end
@@ -58,17 +58,17 @@ def _file() -> Any:
 
 
 def _classes() -> dict[str, Any]:
-    pool = descriptor_pool.DescriptorPool()  # private: nobody else's `oio.v1` can collide with ours, nor ours with theirs
+    pool = descriptor_pool.DescriptorPool()  # private: no `oio.v1` of another package can collide with this one
     pool.AddSerializedFile(timestamp_pb2.DESCRIPTOR.serialized_pb)
     pool.AddSerializedFile(_file().SerializeToString())
     return {name: message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{PACKAGE}.{name}")) for name in _FIELDS}
 
 
-_made = _classes()
-GasSample = _made["GasSample"]
-GasReading = _made["GasReading"]
-State = _made["State"]
-Innovation = _made["Innovation"]
-StageResult = _made["StageResult"]
-Event = _made["Event"]
-TruthState = _made["TruthState"]
+_message_classes = _classes()
+GasSample = _message_classes["GasSample"]
+GasReading = _message_classes["GasReading"]
+State = _message_classes["State"]
+Innovation = _message_classes["Innovation"]
+StageResult = _message_classes["StageResult"]
+Event = _message_classes["Event"]
+TruthState = _message_classes["TruthState"]

@@ -1,4 +1,4 @@
-"""Is this a whole OIO log? Every refusal says what was given, what is allowed and what to type."""
+"""Log validation: is a file a complete, intact OIO log? Every error names the input, what is allowed and a command to type."""
 
 import os
 import struct
@@ -20,11 +20,11 @@ _FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, of it
 _DATA_END = struct.Struct("<BQ")  # opcode, length; a CRC of all data follows
 _DATA_END_SIZE = _DATA_END.size + 4
 _TAIL = _FOOTER.size + len(MCAP0_MAGIC)
-_GIVE = "Give the log of an OIO run, e.g. outputs/2026-01-31/12-00-00/run.mcap."
+_EXAMPLE = "Give the log of an OIO run, e.g. outputs/2026-01-31/12-00-00/run.mcap."
 
 
 def check(path: Path) -> dict[str, str]:
-    """The metadata of a finished OIO log; raises BadInput for anything else. Reads the two ends of the file only."""
+    """Return the metadata of a finished OIO log; raises BadInput for anything else. Reads the two ends of the file only."""
     refuse_foreign(path)
     sound = index_is_sound(path)
     if sound is None:
@@ -35,26 +35,26 @@ def check(path: Path) -> dict[str, str]:
 
 
 def index_is_sound(path: Path) -> bool | None:
-    """Whether the index at the file's end matches its checksum; None if the file has no end."""
+    """Return whether the index at the end of the file matches its checksum; None if the file is truncated."""
     with path.open("rb") as file:
         size = file.seek(0, os.SEEK_END)
-        return _summary_is_sound(file, size) if _ends_whole(file, size) else None
+        return _summary_crc_matches(file, size) if _has_end_magic(file, size) else None
 
 
 def refuse_foreign(path: Path) -> None:
     """Raise BadInput unless this is a file that begins as an MCAP."""
     if not path.is_file():
-        raise BadInput(f"{path} was given as a log, but there is no such file. {_GIVE}")
+        raise BadInput(f"{path} was given as a log, but there is no such file. {_EXAMPLE}")
     with path.open("rb") as file:
         if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-            raise BadInput(f"{path} was given as a log, but it is not an MCAP file. {_GIVE}")
+            raise BadInput(f"{path} was given as a log, but it is not an MCAP file. {_EXAMPLE}")
 
 
 def metadata(path: Path) -> dict[str, str]:
-    """The record `oio.run`, finished log or not; raises BadInput if there is none or its schema version is another."""
+    """Return the record `oio.run`, finished log or not; raises BadInput if there is none or its schema version is another."""
     found = _find_metadata(path)
     if found is None:
-        raise BadInput(f"{path} is an MCAP file, but without the record '{METADATA}': it was not written by OIO. {_GIVE}")
+        raise BadInput(f"{path} is an MCAP file, but without the record '{METADATA}': it was not written by OIO. {_EXAMPLE}")
     version = found.get("schema_version", "none")
     if version != SCHEMA_VERSION:
         raise BadInput(
@@ -71,27 +71,27 @@ def _find_metadata(path: Path) -> dict[str, str] | None:
                 if isinstance(record, Metadata) and record.name == METADATA:
                     return dict(record.metadata)
                 if isinstance(record, Chunk):
-                    return None  # an OIO log says what it is before its first sample
+                    return None  # an OIO log has its metadata before its first sample
         except DAMAGE as error:
             refuse_damaged(path, f"before its first sample: {error or type(error).__name__}")
     return None
 
 
-def _ends_whole(file: IO[bytes], size: int) -> bool:
+def _has_end_magic(file: IO[bytes], size: int) -> bool:
     if size < _TAIL:
         return False
     file.seek(size - len(MCAP0_MAGIC))
     return file.read() == MCAP0_MAGIC
 
 
-def _summary_is_sound(file: IO[bytes], size: int) -> bool:
+def _summary_crc_matches(file: IO[bytes], size: int) -> bool:
     file.seek(size - _TAIL)
     footer = file.read(_FOOTER.size)
     opcode, _, start, _, crc = _FOOTER.unpack(footer)
     if opcode != 2 or not _DATA_END_SIZE < start <= size - _TAIL:
         return False
     file.seek(start - _DATA_END_SIZE)
-    if _DATA_END.unpack(file.read(_DATA_END.size)) != (15, 4):  # no checksum covers it: neither that of the data nor the summary's
+    if _DATA_END.unpack(file.read(_DATA_END.size)) != (15, 4):  # DataEnd is covered by neither the data's checksum nor the summary's
         return False
     file.seek(start)
     summary = file.read(size - _TAIL - start)
@@ -99,7 +99,7 @@ def _summary_is_sound(file: IO[bytes], size: int) -> bool:
 
 
 def refuse_truncated(path: Path) -> NoReturn:
-    """Raise BadInput for a log without its end, saying how far it can be read."""
+    """Raise BadInput for a log without its end, with the time up to which it can be read."""
     raise BadInput(
         f"{path} has no end: the run was killed, is still going on, or the copy broke off. It is readable until "
         f"{seconds(survey(path).until_ns):.3f} s. Only finished logs are read. Type `python -m oio.recover {path}` to make one of it."
@@ -107,7 +107,7 @@ def refuse_truncated(path: Path) -> NoReturn:
 
 
 def refuse_damaged(path: Path, how: str) -> NoReturn:
-    """Raise BadInput for a log whose bytes are not those that were written."""
+    """Raise BadInput for a corrupted log."""
     raise BadInput(
         f"{path} is damaged ({how}), and only a log that is bit for bit as it was written is read. "
         f"Copy it again, or type `python -m oio.recover {path}` to keep what is sound."

@@ -1,4 +1,4 @@
-"""`RunLog`: everything a run senses, believes and finds, appended to one MCAP file as it happens."""
+"""`RunLog`: sensor data, beliefs and results of a run, appended to one MCAP file as they arrive."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,16 +16,16 @@ ProgressWatcher = Callable[[str, str, int, str, str], None]
 
 
 class RunLog:
-    """An open log. Time comes from the records alone, so the same calls give the same bytes.
+    """Open run log. Time comes from the records alone, so the same calls give the same bytes.
 
     `watchers` are called with (stage, `begin` | `progress` | `end` | `failed`, t_ns, waits_for, figure).
     """
 
     def __init__(self, part: Part, sensor: str, joints: tuple[str, ...]) -> None:
         self._part, self._sensor, self._joints = part, sensor, joints
-        self._stage, self._shown_ns = "", -SECOND_NS
+        self._stage, self._last_progress_ns = "", -SECOND_NS
         self.watchers: list[ProgressWatcher] = []
-        # All kinds of sample are declared in the first chunk: a reader that has seen it may skip chunks by their times.
+        # All sample channels are declared in the first chunk, so that a reader may skip later chunks by their times.
         for topic, kind in encode.sample_topics(sensor).items():
             part.channel(topic, kind)
 
@@ -34,9 +34,9 @@ class RunLog:
     def create(
         cls, path: Path, *, sensor: str, joints: tuple[str, ...], metadata: dict[str, str], attachments: dict[str, bytes]
     ) -> Iterator["RunLog"]:
-        """A log at `path`: `<path>.part` while it is written, and ever after if the run fails. Raises BadInput if it exists."""
-        own = {"schema_version": schemas.SCHEMA_VERSION, "sensor": sensor, "dof": str(len(joints)), "joints": " ".join(joints)}
-        part = Part(path, {**metadata, **own})
+        """Open a log at `path`: `<path>.part` while it is written, and also after a run that fails. Raises BadInput if it exists."""
+        log_metadata = {"schema_version": schemas.SCHEMA_VERSION, "sensor": sensor, "dof": str(len(joints)), "joints": " ".join(joints)}
+        part = Part(path, {**metadata, **log_metadata})
         try:
             log = cls(part, sensor, joints)
             for name, data in attachments.items():
@@ -47,38 +47,38 @@ class RunLog:
         part.rename()
 
     def write(self, sample: WorldSample) -> None:
-        """What the world yielded."""
+        """Log a world sample."""
         self._put(sample.t_ns, encode.world_sample(sample, self._sensor, self._joints))
 
     def reading(self, reading: GasReading) -> None:
-        """A raw sample in ppm."""
+        """Log a calibrated reading in ppm."""
         self._part.put(f"/gas/{self._sensor}/reading", reading.t_ns, encode.gas_reading(reading))
 
     def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...]) -> None:
-        """A belief (n,), (n, n), with a name and a unit for each of the n entries."""
+        """Log a belief (n,), (n, n), with a name and a unit for each of the n entries."""
         self._part.put("/estimate/state", belief.t_ns, encode.state(belief, names, units))
 
     def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
-        """Where the nose is believed to be: (3,) m and (3, 3) m^2 in frame base."""
+        """Log the believed nose: (3,) m and (3, 3) m^2 in frame base."""
         self._put(t_ns, encode.odometry(t_ns, nose_m, cov))
 
     def innovation(self, innovation: Innovation) -> None:
-        """What an update was surprised by."""
+        """Log the innovation of an update."""
         self._part.put("/estimate/innovation", innovation.t_ns, encode.innovation(innovation))
 
     def spheres(self, t_ns: int, centres: Array, radii_m: Array, hypotheses: list[tuple[Array, Array]], text: str) -> None:
-        """Spheres (k, 3) m, (k,) m and 95 % ellipsoids of hypotheses (mean (3,) m, cov (3, 3) m^2), for the viewer."""
+        """Log a scene for the viewer: spheres (k, 3) m, (k,) m and 95 % ellipsoids of hypotheses (mean (3,) m, cov (3, 3) m^2)."""
         self._part.put("/belief/scene", t_ns, scene(t_ns, centres, radii_m, hypotheses, text))
 
     def attach(self, name: str, data: bytes) -> None:
-        """A file that belongs to the run; of two with one name, readers get the later."""
+        """Attach a file to the log; of two with one name, readers return the later."""
         self._part.attach(name, data)
 
     @contextmanager
     def stage(self, name: str, clock: Callable[[], int]) -> Iterator[Callable[[object], None]]:
-        """Log begin and end of a stage at the times of `clock`; call what this gives with the stage's result."""
+        """Log begin and end of a stage at the times of `clock`; call the yielded function with the stage's result."""
         results: list[object] = []
-        outer, self._stage, self._shown_ns = self._stage, name, -SECOND_NS
+        outer, self._stage, self._last_progress_ns = self._stage, name, -SECOND_NS
         self._mark(name, "begin", clock(), None)
         try:
             yield results.append
@@ -92,25 +92,25 @@ class RunLog:
 
     def _mark(self, stage: str, state: str, t_ns: int, result: object, figure: str = "") -> None:
         self._part.put(f"/stage/{stage}", t_ns, encode.stage_result(t_ns, stage, state, to_json(result)))
-        self._part.flush()  # a long computation may follow, in which no simulated second passes
-        self._tell(stage, state, t_ns, "", figure)
+        self._part.flush()  # a long computation may follow, during which world time stands still
+        self._notify(stage, state, t_ns, "", figure)
 
     def progress(self, t_ns: int, waits_for: str, figure: str) -> None:
-        """What the running stage waits for and how far it is; kept at most once per second of the world."""
-        if t_ns - self._shown_ns < SECOND_NS:
+        """Log what the running stage waits for and its progress figure; at most once per second of world time."""
+        if t_ns - self._last_progress_ns < SECOND_NS:
             return
-        self._shown_ns = t_ns
+        self._last_progress_ns = t_ns
         self.write(Event(t_ns, "progress", f"{self._stage}: {waits_for}: {figure}"))
-        self._tell(self._stage, "progress", t_ns, waits_for, figure)
+        self._notify(self._stage, "progress", t_ns, waits_for, figure)
 
     def samples(self, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
-        """What was given to `write` so far with since_ns < t_ns <= until_ns, in that order, read back from the file."""
+        """Return the samples written so far with since_ns < t_ns <= until_ns, in that order, read back from the file."""
         return samples_written(self._part.path, self._part.flush(), since_ns, until_ns)
 
     def _put(self, t_ns: int, messages: dict[str, Any]) -> None:
         for topic, message in messages.items():
             self._part.put(topic, t_ns, message)
 
-    def _tell(self, *news: Any) -> None:
+    def _notify(self, *event: Any) -> None:
         for watcher in self.watchers:
-            watcher(*news)
+            watcher(*event)

@@ -12,8 +12,9 @@ from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.kinematics.arm import Arm
+from oio.kinematics.minimum_jerk import PEAK_OVER_MEAN
 from oio.motion.load_monitor import LoadLimits, LoadMonitor
-from oio.motion.path_planning import PEAK, Segment, box_violation_m, duration_s, plan
+from oio.motion.path_planning import Segment, box_violation_m, duration_s, plan
 from oio.motion.trajectory import Trajectory
 
 HOST, NOSE = "host", "nose"  # who must be heard while the arm moves
@@ -140,5 +141,5 @@ class Guard:
         return self._arm.checked(goal)
 
     def _fastest_s(self, leg: Segment) -> float:
-        joints_s = PEAK * float(np.max(np.abs(leg.turn))) / self._arm.joint_speed
+        joints_s = PEAK_OVER_MEAN * float(np.max(np.abs(leg.turn))) / self._arm.joint_speed
         return max(joints_s, leg.rush_m / self._arm.nose_limit_m_s) / SPEED_TOLERANCE

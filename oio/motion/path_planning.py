@@ -13,7 +13,8 @@ import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.kinematics.arm import Arm, smooth
+from oio.kinematics.arm import Arm
+from oio.kinematics.minimum_jerk import PEAK_OVER_MEAN, minimum_jerk
 
 TOLERANCE_M = 0.0005  # so far the nose may bow out of its box when a move is planned
 CHECK_STEP_RAD = 0.02  # between places that are looked at, all joints together: an arm of 0.6 m bows 0.03 mm in between
@@ -22,7 +23,6 @@ COARSE_CHECKS = 24  # places of a way that is only thought of
 ROADMAP_POSES = 60  # poses anywhere in the box
 MAX_CANDIDATES = 100  # ways over the roadmap, the shortest first, that are looked at closely
 MIN_SEGMENT_S = 0.1  # that a leg lasts
-PEAK = 1.875  # peak speed of the minimum-jerk profile over its mean speed
 
 
 class Segment(NamedTuple):
@@ -35,7 +35,7 @@ class Segment(NamedTuple):
 
     def joints_at(self, t_s: float) -> Array:
         """The joints (n,) after so long."""
-        return np.asarray(self.start + smooth(t_s / self.over_s) * self.turn)
+        return np.asarray(self.start + minimum_jerk(t_s / self.over_s) * self.turn)
 
 
 JointPath = tuple[Segment, ...]
@@ -77,8 +77,8 @@ def _others_are_home(arm: Arm, q_from: Array, q_to: Array, joints: int) -> bool:
 def _straight(arm: Arm, q_from: Array, q_to: Array) -> tuple[Segment, float]:
     """The straight way, and how far [m] the nose gets out of its box on it (negative: how far it stays inside)."""
     turn = np.asarray(q_to - q_from)
-    count = max(MIN_CHECKS, int(np.ceil(PEAK * np.sum(np.abs(turn)) / CHECK_STEP_RAD)))
-    share = np.array([smooth(i / count) for i in range(count + 1)])
+    count = max(MIN_CHECKS, int(np.ceil(PEAK_OVER_MEAN * np.sum(np.abs(turn)) / CHECK_STEP_RAD)))
+    share = np.array([minimum_jerk(i / count) for i in range(count + 1)])
     nose = arm.nose(q_from + share[:, None] * turn)
     rush_m = count * float(np.max(np.linalg.norm(np.diff(nose, axis=0), axis=1)))
     over_s = max(float(arm.duration_s(q_from, q_to)), MIN_SEGMENT_S, rush_m / arm.nose_limit_m_s)

@@ -1,4 +1,4 @@
-"""What stages hand to each other and what a run leaves: calibration, its file, summary, verdict, re-scoring of a log, tracks.
+"""Results: records passed between stages, calibration file, summary, verdict, re-scoring of a log, nose trajectories.
 
 May import: `oio.search` and below. May not import: the command line, figures, or a stage.
 """

@@ -1,4 +1,4 @@
-"""The results that stages hand to each other."""
+"""Result records that stages pass to each other: warm-up, baseline, calibration, and the search."""
 
 from dataclasses import dataclass
 
@@ -14,18 +14,18 @@ from oio.search.view import Move
 
 @dataclass(frozen=True)
 class WarmUpResult:
-    """The end of warm-up: seconds waited, last slope of each element [ppm/min] with its standard error, noise scale of the window."""
+    """Result of warm-up: waiting time [s], last slope of each element [ppm/min] with its standard error, noise scale of the window."""
 
     waited_s: float
     slope_ppm_per_min: tuple[float, ...]
     slope_u_ppm_per_min: tuple[float, ...]
-    noise_scale: float  # variance about the line over the sensor's nominal variance
+    noise_scale: float  # variance about the fitted line over the sensor's nominal variance
     readings: int
 
 
 @dataclass(frozen=True)
 class BaselineResult:
-    """Every element in clean air; when the calibration began."""
+    """Clean-air baselines of all elements; `began_ns`: start of the calibration."""
 
     elements: tuple[ElementBaseline, ...]
     noise_scale: float
@@ -34,20 +34,20 @@ class BaselineResult:
 
 @dataclass(frozen=True)
 class BoutCalibration:
-    """The climb up the DoF ladder: Type A per rung, and the trace of the climb (the arm has all of `dof` joints in it)."""
+    """Bout calibration over the DoF ladder: Type A per rung, and the trace over all rungs (with all `dof` joints in it)."""
 
     rungs: tuple[TypeA, ...]
     trace: Trace
 
     @property
     def last(self) -> TypeA:
-        """The top rung."""
+        """Type A of the top rung of the DoF ladder."""
         return self.rungs[-1]
 
 
 @dataclass(frozen=True)
 class Repeat:
-    """One trilateration of the known source: the Voronoi vertex of the spheres, the refined one, and its covariance."""
+    """One repeat of trilateration of the known source: Voronoi vertex of the spheres, refined position, and its covariance."""
 
     centres_m: Array  # (k, 3)
     radii_m: Array  # (k,)
@@ -60,7 +60,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class MapCalibration:
-    """The fit on the known source, and how well repeats of five measurements find it."""
+    """Fit on the known source (beacon), and the Type B uncertainty of locating it from repeats of five measurements."""
 
     fit: Fit
     repeats: tuple[Repeat, ...]
@@ -73,7 +73,7 @@ class MapCalibration:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What the filter starts from: calibrated with the chosen assembly and with the paper's, and cold."""
+    """Priors of the filter: calibrated with the chosen assembly of Q and R, with the paper's, and cold (not calibrated)."""
 
     chosen: Prior
     paper: Prior
@@ -89,7 +89,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Navigation:
-    """The search: when it ran, when maps were made (re-runs over the log make theirs then) and what they said, and how it ended."""
+    """Record of the search: start and end, belief maps with their times (a re-run over the log uses the same), moves, outcome."""
 
     began_ns: int
     ended_ns: int
@@ -103,5 +103,5 @@ class Navigation:
 
     @property
     def moves(self) -> int:
-        """Finished moves."""
+        """Number of finished moves."""
         return len(self.move_ends_ns)

@@ -1,4 +1,4 @@
-"""calibration.yaml: value, standard uncertainty, unit, degrees of freedom and method (A statistical, B other) of every quantity."""
+"""Writer of calibration.yaml: value, standard uncertainty, unit, degrees of freedom, method (A statistical, B other) of each quantity."""
 
 import numpy as np
 import yaml
@@ -11,7 +11,7 @@ Entry = dict[str, object]
 
 
 def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, t_ns: int) -> str:
-    """The whole file as text; numbers only, so that reading it back never builds an object."""
+    """Return the whole file as text; plain data only, so that loading it never constructs an object."""
     document = {
         "schema": "oio.results.calibration/1",
         "sensor": _sensor(calibration, found),
@@ -29,7 +29,7 @@ def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: Ma
 
 
 def entry(value: float, u: float, unit: str, dof: float | None, method: str) -> Entry:
-    """One quantity. dof None: the uncertainty itself is taken as known (infinitely many)."""
+    """One quantity with its uncertainty. dof None: infinitely many degrees of freedom, the uncertainty is taken as known."""
     return {"value": float(value), "u": float(u), "unit": unit, "dof": None if dof is None else round(float(dof), 1), "method": method}
 
 
@@ -38,13 +38,13 @@ def _sensor(calibration: Calibration, found: MapCalibration) -> Entry:
     model = calibration.chosen.model
     noise = found.fit.fluctuation
     elements = {}
-    for e, base in enumerate(calibration.baselines):
+    for e, baseline in enumerate(calibration.baselines):
         gain = float(np.exp(mean[lay.gain][e]))
         r = noise.scale * model.sigma_ppm**2
         elements[f"element_{e}"] = {
-            "baseline": entry(base.ppm, base.u_ppm, "ppm", base.n_effective - 1, "A"),
-            "gain": entry(gain, gain * sd[lay.gain][e], "1", n, "A" if e else "B"),  # element 0 is the scale by definition
-            "R_white": entry(r, r * np.sqrt(2 / max(base.n - 1, 1)), "ppm^2", base.n - 1, "A"),
+            "baseline": entry(baseline.ppm, baseline.u_ppm, "ppm", baseline.n_effective - 1, "A"),
+            "gain": entry(gain, gain * sd[lay.gain][e], "1", n, "A" if e else "B"),  # element 0 has unit gain by definition
+            "R_white": entry(r, r * np.sqrt(2 / max(baseline.n - 1, 1)), "ppm^2", baseline.n - 1, "A"),
         }
     rise, fall, u = model.rise_s, model.fall_s, sd[lay.tau]
     return {

@@ -1,4 +1,4 @@
-"""summary.json, schema oio.results.summary/1: the contract that other tools read."""
+"""Writer of summary.json, schema oio.results.summary/1: the interface to other tools."""
 
 import dataclasses
 import json
@@ -12,25 +12,25 @@ SCHEMA = "oio.results.summary/1"
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One variant of the filter on the samples of the search; None where truth or observability is missing."""
+    """Scores of one filter variant on the samples of the search; None where truth or observability is missing."""
 
     source_error_m: float | None
-    bearing_error_deg: float | None  # beside source_error_m where the DoF cannot observe a position
-    nose_error_m: float | None  # RMS over the search since the first map
+    bearing_error_deg: float | None  # instead of source_error_m where the DoF cannot observe a position
+    nose_error_m: float | None  # RMS since the first map of the search
     nees_source: float | None
     inside_95: bool | None
     nis_mean: float | None
     moves: int
     time_s: float
-    found: bool  # by its own stop rule, which never sees the truth
+    found: bool  # declared by its own stop rule, which does not use the truth
     final_nose_to_source_m: float | None
     believed_m: tuple[float, ...] | None
     sd_m: float | None
-    filtered_error_m: float | None = None  # the same two of the filter alone, just before the last map was made
+    filtered_error_m: float | None = None  # source error and NEES of the filter alone, just before the last map
     filtered_nees: float | None = None
 
     def in_words(self) -> str:
-        """The figure that matters, in a few words."""
+        """Return the main score as a short text."""
         if self.source_error_m is not None:
             return f"source error {1e3 * self.source_error_m:.1f} mm"
         if self.bearing_error_deg is not None:
@@ -40,7 +40,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The overall word (PASS, WARN, FAIL) and the reasons for it."""
+    """Overall verdict (PASS, WARN, FAIL) and the reasons for it."""
 
     word: str
     reasons: tuple[str, ...]
@@ -48,35 +48,35 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Everything `evaluate` found."""
+    """All results of the `evaluate` stage."""
 
     cold: Outcome
     calibrated: Outcome
-    calibrated_paper_assembly: Outcome | None  # None if it was not asked for
+    calibrated_paper_assembly: Outcome | None  # None if not requested
     dead_reckoning_m: float | None
-    bound_m: float | None  # Cramer-Rao at the truth
-    posterior_bound_m: float | None  # van Trees, the mean over truths from the prior
+    bound_m: float | None  # Cramer-Rao bound at the truth
+    posterior_bound_m: float | None  # posterior Cramer-Rao (van Trees) bound, mean over truths drawn from the prior
     verdict: Verdict
     source_m: tuple[float, ...] | None
     simulated_s: float
 
     @property
     def bound_ratio(self) -> float | None:
-        """Source error of the calibrated filter over the Cramer-Rao bound: 1 is usual of a filter that uses all there is."""
-        return self._over(self.bound_m)
+        """Source error of the calibrated filter over the Cramer-Rao bound: about 1 for an efficient estimator."""
+        return self._error_over(self.bound_m)
 
     @property
     def posterior_bound_ratio(self) -> float | None:
-        """The same over van Trees' bound."""
-        return self._over(self.posterior_bound_m)
+        """Source error of the calibrated filter over the posterior Cramer-Rao (van Trees) bound."""
+        return self._error_over(self.posterior_bound_m)
 
-    def _over(self, bound_m: float | None) -> float | None:
+    def _error_over(self, bound_m: float | None) -> float | None:
         error = self.calibrated.source_error_m
         return None if error is None or not bound_m else error / bound_m
 
 
 def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
-    """The document. `identity`: sensor, profile, dof, backend, air, ekf, assembly, seed. Stages that were left out give null."""
+    """Return the document. `identity`: sensor, profile, dof, backend, air, ekf, assembly, seed. Stages that did not run give null."""
     return {
         "schema": SCHEMA,
         **identity,
@@ -98,7 +98,7 @@ def summary(identity: dict[str, object], calibration: Calibration | None, found:
 
 
 def to_json(document: dict[str, object]) -> str:
-    """Strict JSON: what is not finite is null."""
+    """Serialise to strict JSON: non-finite numbers become null."""
     return json.dumps(_finite(document), indent=2, allow_nan=False) + "\n"
 
 

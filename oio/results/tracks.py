@@ -1,4 +1,4 @@
-"""Where the nose was, and where the filter had it before and after calibration, along one search."""
+"""Nose trajectories along one search: true, dead reckoning, and as estimated by each filter variant."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -12,9 +12,9 @@ from oio.results.rescoring import Rescoring
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """Places (k, 3) m of the nose: true, by the encoders, and per variant as believed since its first map (the last k' of them).
+    """Nose positions (k, 3) [m]: true, by dead reckoning, and per variant as estimated since its first map (the last k' of them).
 
-    `sources`: (mean (3,) m, cov (3, 3) m^2) at the end; `source_m` is the truth, None where the log holds none.
+    `sources`: (mean (3,) m, cov (3, 3) m^2) at the end; `source_m` is the true source, None if not logged.
     """
 
     true_m: Array
@@ -32,18 +32,18 @@ class _Points:
 
 
 def tracks(rerun: Rescoring, arm: Arm, samples: Iterable[WorldSample]) -> Tracks:
-    """Run the variants of `rerun` over the samples of a search and note every nose at every truth."""
+    """Run the variants of `rerun` over the samples of a search and record the nose trajectories at the stamps of the truth."""
     points = _Points(believed={name: [] for name in rerun.variants})
-    rerun.over(_watched(rerun, arm, samples, points))
+    rerun.over(_recorded(rerun, arm, samples, points))
     sources = {name: variant.odometry.source() for name, variant in rerun.variants.items()}
     return Tracks(
-        _rows(points.true), _rows(points.dead), {name: _rows(found) for name, found in points.believed.items()},
+        _positions(points.true), _positions(points.dead), {name: _positions(found) for name, found in points.believed.items()},
         {name: source for name, source in sources.items() if source is not None}, rerun.source,
     )  # fmt: skip
 
 
-def _watched(rerun: Rescoring, arm: Arm, samples: Iterable[WorldSample], points: _Points) -> Iterator[WorldSample]:
-    """The samples; when the next one is asked for, the variants have been fed the last."""
+def _recorded(rerun: Rescoring, arm: Arm, samples: Iterable[WorldSample], points: _Points) -> Iterator[WorldSample]:
+    """Pass the samples on and record nose positions: when the next sample is requested, the variants have processed the last."""
     joints: JointState | None = None
     for sample in samples:
         yield sample
@@ -59,5 +59,5 @@ def _watched(rerun: Rescoring, arm: Arm, samples: Iterable[WorldSample], points:
                 points.believed[name].append(nose[0])
 
 
-def _rows(points: list[Array]) -> Array:
+def _positions(points: list[Array]) -> Array:
     return np.array(points, dtype=np.float64).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""The bandit of the paper: one joint one step left or right, or nothing; a bout is the reward.
+"""Multi-armed bandit search of the paper: an action moves one joint one step left or right, or none; a bout is the reward.
 
 With one DoF these are its three arms (left, right, stay); every further joint adds two. Values are discounted means and the choice is
 discounted UCB1 (Garivier & Moulines 2011), because the best direction changes as the nose moves.
@@ -16,14 +16,14 @@ from oio.search.view import View
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Values:
-    """Discounted reward and count of each arm of the bandit (2 joints + 1,)."""
+    """Action values: discounted reward and count of each arm of the bandit (2 joints + 1,)."""
 
     reward: Array
     count: Array
 
     @staticmethod
     def none(joints: int) -> "Values":
-        """Nothing tried."""
+        """Return the values before the first move: all zero."""
         return Values(np.zeros(2 * joints + 1), np.zeros(2 * joints + 1))
 
 
@@ -31,50 +31,50 @@ class Values:
 class Bandit:
     """Discounted UCB1 over single-joint steps."""
 
-    step_rad: float
-    discount: float  # per move; 1: every move counts for ever
+    step_rad: float  # of one joint
+    discount: float  # per move; 1: no forgetting
     curiosity: float  # weight of the exploration bonus
 
     def check(self) -> None:
-        """Refuse senseless steps and discounts."""
+        """Raise BadInput for a step, discount or bonus out of range."""
         in_range(self, step_rad=(1e-3, 2.0), discount=(0.1, 1.0), curiosity=(0.0, 100.0))
 
     def choose(self, values: Values, allowed: np.ndarray, rng: np.random.Generator) -> int:
-        """The arm of greatest upper confidence bound among the allowed ones; untried ones first, ties at random."""
-        seen = np.maximum(values.count, 1e-9)
-        bonus = self.curiosity * np.sqrt(np.log(max(float(np.sum(values.count)), 1.0)) / seen)
-        bound = np.where(values.count < 0.05, np.inf, values.reward / seen + bonus)
+        """Return the arm with the greatest upper confidence bound among the allowed ones; untried ones first, ties at random."""
+        count = np.maximum(values.count, 1e-9)
+        bonus = self.curiosity * np.sqrt(np.log(max(float(np.sum(values.count)), 1.0)) / count)
+        bound = np.where(values.count < 0.05, np.inf, values.reward / count + bonus)
         bound[~allowed] = -np.inf
         return int(rng.choice(np.flatnonzero(bound == np.max(bound))))
 
     def rewarded(self, values: Values, chosen: int, reward: float) -> Values:
-        """The values after a move."""
-        new, count = self.discount * values.reward, self.discount * values.count
-        new[chosen] += reward
+        """Return the values after a move with this reward."""
+        total, count = self.discount * values.reward, self.discount * values.count
+        total[chosen] += reward
         count[chosen] += 1.0
-        return Values(new, count)
+        return Values(total, count)
 
     def goal(self, q: Array, chosen: int) -> Array:
-        """Where an arm of the bandit leads: 0 stays, 1 + 2 j and 2 + 2 j move joint j down and up."""
+        """Return the joint goal (n,) rad of an arm of the bandit: 0 stays, 1 + 2 j and 2 + 2 j move joint j down and up."""
         new = np.array(q)
         if chosen > 0:
             new[(chosen - 1) // 2] += self.step_rad if chosen % 2 == 0 else -self.step_rad
         return new
 
     def allowed(self, arm: Arm, q: Array, joints: int) -> np.ndarray:
-        """Which arms of a bandit over the first `joints` joints keep the nose inside its box (2 joints + 1,)."""
+        """Return which arms of a bandit over the first `joints` joints keep the nose in its workspace box (2 joints + 1,)."""
         return np.array([arm.inside(self.goal(q, i)) for i in range(2 * joints + 1)])
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
-        """The next joint goal (n,) rad, with the values rebuilt from the moves so far."""
+        """Return the next joint goal (n,) rad, with the action values recomputed from all moves so far."""
         q, values = view.arm.home, Values.none(view.arm.dof)
         for move in view.moves:
-            values = self.rewarded(values, self._made(q, move.q), move.bouts)
+            values = self.rewarded(values, self._action_taken(q, move.q), move.bouts)
             q = move.q
         return self.goal(q, self.choose(values, self.allowed(view.arm, q, view.arm.dof), rng))
 
-    def _made(self, before: Array, after: Array) -> int:
-        turned = np.flatnonzero(np.abs(after - before) > 0.5 * self.step_rad)
-        if len(turned) == 0:
+    def _action_taken(self, before: Array, after: Array) -> int:
+        moved = np.flatnonzero(np.abs(after - before) > 0.5 * self.step_rad)
+        if len(moved) == 0:
             return 0
-        return int(1 + 2 * turned[0] + (after[turned[0]] > before[turned[0]]))
+        return int(1 + 2 * moved[0] + (after[moved[0]] > before[moved[0]]))

@@ -1,4 +1,4 @@
-"""What a search strategy must offer."""
+"""Search strategy protocol."""
 
 from typing import Protocol, runtime_checkable
 
@@ -10,8 +10,8 @@ from oio.search.view import View
 
 @runtime_checkable
 class Strategy(Protocol):
-    """Where to move the nose next."""
+    """Search strategy: chooses where to move the nose next."""
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
-        """The next joint goal (n,) rad."""
+        """Return the next joint goal (n,) rad."""
         ...

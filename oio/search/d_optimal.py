@@ -1,9 +1,9 @@
-"""The next sniff is the pose that is expected to shrink the source's covariance most for the time it takes (D-optimal design).
+"""D-optimal search (optimal experimental design): the next sniff is expected to shrink the source's covariance most per second.
 
-Candidates are poses about every hypothesis, at a few distances, and poses anywhere while the source is not nearly known. A sniff at a
-candidate is one measurement of ln c with variance gamma^2 I / n + (sigma / c)^2, n the number of eddies that pass while it dwells; the
-posterior of the source under it is a rank-one update of the belief. Where hypotheses are left, how differently they answer counts as well
-(in units of that variance).
+Candidates are poses about every hypothesis, at a few distances, and random poses while the source is poorly known. A sniff at a
+candidate is one measurement of ln c with variance gamma^2 I / n + (sigma / c)^2, n the number of eddies that pass during the dwell; the
+posterior of the source under it is a rank-one update of the belief. While several hypotheses are left, the difference of their
+predictions counts as well (in units of that variance).
 """
 
 import numpy as np
@@ -18,25 +18,25 @@ from oio.search.view import View
 
 @settings
 class DOptimal:
-    """Scout until there is a belief, then choose by expected information per second."""
+    """D-optimal strategy: explore until there is a belief, then maximise expected information per second."""
 
     around: int  # candidates about each hypothesis
-    anywhere: int  # candidates anywhere,
-    far_sd_m: float  # while the root of the trace of the source's covariance is above this: far out no law of the air is good to it
+    anywhere: int  # random candidates,
+    far_sd_m: float  # while the root of the trace of the source's covariance is above this: far from it no plume model is so accurate
     distances_m: tuple[float, ...]  # from a hypothesis
-    fold_rad: float  # spread of the joints from which a pose is sought: one place is reached in many ways
+    fold_rad: float  # spread of the start joints of the inverse kinematics: one position is reached by many poses
 
     def check(self) -> None:
-        """Refuse a choice among nothing."""
+        """Raise BadInput for a number of candidates or a length out of range."""
         in_range(self, around=(0, 10_000), anywhere=(1, 10_000), far_sd_m=(0, 100), fold_rad=(0, 3))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
-        """The next joint goal (n,) rad."""
+        """Return the next joint goal (n,) rad."""
         if view.belief is None:
             return explore(view, rng)
         candidates = self._candidates(view, rng)
-        here = view.moves[-1].q if view.moves else view.arm.home
-        cost_s = view.arm.duration_s(here, candidates) + view.dwell_s
+        q_now = view.moves[-1].q if view.moves else view.arm.home
+        cost_s = view.arm.duration_s(q_now, candidates) + view.dwell_s
         return np.asarray(candidates[int(np.argmax(information(view, candidates) / cost_s))])
 
     def _candidates(self, view: View, rng: np.random.Generator) -> Array:
@@ -50,38 +50,38 @@ class DOptimal:
         return clear if len(clear) else far[:1]
 
     def _about(self, view: View, place: Array, rng: np.random.Generator) -> Array:
-        """Poses (k, n) whose nose is at one of the distances from place (3,) m, each with the arm folded in another way."""
+        """Poses (k, n) with the nose at one of the distances from place (3,) m, each solved from another start pose."""
         direction = rng.standard_normal((self.around, 3))
         distance = rng.choice(self.distances_m, (self.around, 1))
         goals = place + distance * direction / np.linalg.norm(direction, axis=1, keepdims=True)
-        here = view.moves[-1].q if view.moves else view.arm.home
-        folds = np.clip(here + self.fold_rad * rng.standard_normal((self.around, len(here))), view.arm.low_rad, view.arm.high_rad)
-        poses, there = view.arm.reach_all(goals, folds)
-        return np.asarray(poses[there])
+        q_now = view.moves[-1].q if view.moves else view.arm.home
+        starts = np.clip(q_now + self.fold_rad * rng.standard_normal((self.around, len(q_now))), view.arm.low_rad, view.arm.high_rad)
+        poses, reached = view.arm.reach_all(goals, starts)
+        return np.asarray(poses[reached])
 
 
 def believed_places(view: View) -> list[Array]:
-    """The filter's source first, then the other hypotheses, (3,) m each."""
+    """Return the source positions (3,) m of all hypotheses, the filter's estimate first."""
     assert view.belief is not None
     return [view.belief.mean[view.model.at["s"]], *(fit.source for fit in view.hypotheses[1:])]
 
 
 def sd_m(view: View) -> float:
-    """Root of the trace of the believed source's covariance [m]."""
+    """Return the standard deviation of the believed source: root of the trace of its covariance [m]."""
     assert view.belief is not None
     s = view.model.at["s"]
     return float(np.sqrt(np.trace(view.belief.cov[s, s])))
 
 
 def keeps_off(view: View, q: Array) -> NDArray[np.bool_]:
-    """Whether the nose stays near_m away from where the source is believed to be, and in its box, on the way to q (k, n) as well: (k,)."""
-    here = view.moves[-1].q if view.moves else view.arm.home
-    off = view.arm.clearance_m(here, q, believed_places(view)[0]) >= view.standoff_m
-    return np.asarray(off & view.arm.free(here, q))
+    """Return whether the path to q (k, n) keeps the nose in its workspace box and the stand-off distance from the believed source: (k,)."""
+    q_now = view.moves[-1].q if view.moves else view.arm.home
+    off = view.arm.clearance_m(q_now, q, believed_places(view)[0]) >= view.standoff_m
+    return np.asarray(off & view.arm.free(q_now, q))
 
 
 def information(view: View, candidates: Array) -> Array:
-    """Expected gain (k,) of ln det of the source's precision by a sniff at candidates (k, n), plus what it tells of hypotheses."""
+    """Return the expected gain (k,) of ln det of the source's precision from a sniff at candidates (k, n), plus that about hypotheses."""
     assert view.belief is not None
     model, x, cov = view.model, view.belief.mean, view.belief.cov
     at, s = model.at, model.at["s"].start
@@ -91,11 +91,11 @@ def information(view: View, candidates: Array) -> Array:
     rows = np.zeros((len(candidates), model.size))
     rows[:, s : s + LAW] = grad
     rows[:, at["o"]] = np.einsum("ij,ijk->ik", grad[:, SOURCE], jac)
-    to = rows @ cov  # (k, N)
-    total = np.einsum("ij,ij->i", to, rows) + variance
+    ph = rows @ cov  # (k, N)
+    innovation_variance = np.einsum("ij,ij->i", ph, rows) + variance
     prior = cov[at["s"], at["s"]]
-    told = np.einsum("ij,jk,ik->i", to[:, at["s"]], np.linalg.inv(prior), to[:, at["s"]]) / total
-    gain = -np.log(np.maximum(1.0 - told, 1e-9))  # det(P - v v'/S) = det P (1 - v' P^-1 v / S)
+    reduction = np.einsum("ij,jk,ik->i", ph[:, at["s"]], np.linalg.inv(prior), ph[:, at["s"]]) / innovation_variance
+    gain = -np.log(np.maximum(1.0 - reduction, 1e-9))  # det(P - v v'/S) = det P (1 - v' P^-1 v / S)
     for other in view.hypotheses[1:]:
         c_other, _, _, _ = concentration(p, other.mean[:LAW], model.law.r_ref_m, model.law.radius_m)
         gain = gain + np.log1p(np.log(c_other / c) ** 2 / variance)
@@ -103,6 +103,7 @@ def information(view: View, candidates: Array) -> Array:
 
 
 def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
+    """Variance (k,) of one measurement of ln c during a dwell: gas fluctuation and sensor noise."""
     assert view.belief is not None
     fl, exponent = view.model.fluctuation, float(view.belief.mean[view.model.at["n"]][0])
     field = view.model.law.field(c, rarity, r, np.zeros_like(r), exponent)

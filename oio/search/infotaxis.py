@@ -1,15 +1,14 @@
-"""Infotaxis: the next sniff is the one that is expected to take most entropy from the place of the source, per second.
+"""Infotaxis: the next sniff has the greatest expected entropy reduction of the source position per second.
 
-Vergassola, Villermaux, Shraiman (2007), Nature 445:406. There, hits are counted and the posterior is a map; here, a sniff has a signal,
-and the posterior is a cloud of places (`oio.search.source_posterior`). What a sniff may say is cut into levels that the cloud expects
-equally often;
-the expected drop of entropy is the mutual information of level and place,
+Vergassola, Villermaux, Shraiman (2007), Nature 445:406. There, hits are counted and the posterior is a grid map; here, a sniff has a
+signal, and the posterior is a cloud of weighted positions (`oio.search.source_posterior`). The signal is quantised to levels that are
+equally probable under the cloud; the expected entropy reduction is the mutual information of level and position,
 
 I = H(level) - sum_j w_j H(level | place j) >= 0.
 
-Their term for finding the source by standing on it is left out: it ends no search here. Candidates are poses anywhere, and about places
-drawn from the cloud. Per second beats per move: after 30 s of the model's own gas, 5 DoF, the cloud's mean is 7 mm off, not 38 (medians of
-40 runs).
+Their term for finding the source by reaching it is left out: it does not end the search here. Candidates are random poses, and poses
+about positions drawn from the cloud. Per second beats per move: after 30 s of the model's own gas, 5 DoF, the cloud's mean is 7 mm off,
+not 38 (medians of 40 runs).
 """
 
 import numpy as np
@@ -22,67 +21,67 @@ from oio.search.source_posterior import Cloud, Likelihood, posterior
 from oio.search.step_planning import is_allowed, nearest_poses, random_step
 from oio.search.view import View
 
-MASS = 0.999  # of the cloud that is looked at
-DRAWN = 10  # poses for every candidate anywhere: most have their nose out of its box
+MASS = 0.999  # share of the posterior weight that is evaluated
+DRAWN = 10  # poses drawn per random candidate: most have the nose outside its workspace box
 
 
 @settings
 class Infotaxis:
-    """How finely the posterior is drawn, and how many candidates are weighed."""
+    """Infotaxis strategy: resolution of the posterior and number of candidates."""
 
-    places: int  # of the cloud
-    zooms: int  # the cloud is drawn anew so often, each time where the last one has its mass
-    strengths: int  # about the best strength of every place
-    model_discrepancy: float  # how far a real plume is from the law (ln C)
-    levels: int  # of a signal
-    anywhere: int  # candidates anywhere
-    around: int  # candidates about likely places
-    distances_m: tuple[float, ...]  # from these
+    places: int  # source positions in the cloud
+    zooms: int  # refinements of the cloud, each to where the last one has its mass
+    strengths: int  # emission strengths about the best one of every position
+    model_discrepancy: float  # of a real plume from the range law (ln C)
+    levels: int  # of the quantised signal
+    anywhere: int  # random candidates
+    around: int  # candidates about likely source positions
+    distances_m: tuple[float, ...]  # of the latter from these
 
     def check(self) -> None:
-        """Refuse clouds of nothing, and levels that cannot tell anything."""
+        """Raise BadInput for a number of positions, levels or candidates out of range."""
         in_range(self, places=(8, 100_000), zooms=(0, 20), strengths=(1, 100), model_discrepancy=(0.0, 10.0), levels=(2, 100))
         in_range(self, anywhere=(1, 10_000), around=(0, 10_000))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
-        """The next joint goal (n,) rad."""
-        seen = sniff_history(view)
-        if len(seen.ppm) == 0:
+        """Return the next joint goal (n,) rad."""
+        history = sniff_history(view)
+        if len(history.ppm) == 0:
             return random_step(view, rng)
-        likelihood = Likelihood(view, seen, self.model_discrepancy, self.strengths)
+        likelihood = Likelihood(view, history, self.model_discrepancy, self.strengths)
         cloud = posterior(likelihood, self.places, self.zooms)
         q = self._candidates(view, cloud, rng)
         cost_s = np.array([view.arm.duration_s(last_goal(view), pose) + view.dwell_s for pose in q])
-        told = information(likelihood, cloud, view.arm.nose(q - joint_offsets(view)), self.levels)
-        return np.asarray(q[int(np.argmax(told / cost_s))])
+        gain = information(likelihood, cloud, view.arm.nose(q - joint_offsets(view)), self.levels)
+        return np.asarray(q[int(np.argmax(gain / cost_s))])
 
     def _candidates(self, view: View, cloud: Cloud, rng: np.random.Generator) -> Array:
         """Allowed poses (k, n), at least one."""
         places = cloud.places_m[rng.choice(len(cloud.places_m), self.around, p=np.sum(cloud.weight, axis=1))]
-        way = rng.standard_normal((self.around, 3))
-        way *= rng.choice(self.distances_m, (self.around, 1)) / np.linalg.norm(way, axis=1)[:, None]
+        offset = rng.standard_normal((self.around, 3))
+        offset *= rng.choice(self.distances_m, (self.around, 1)) / np.linalg.norm(offset, axis=1)[:, None]
         drawn = rng.uniform(view.arm.low_rad, view.arm.high_rad, (DRAWN * self.anywhere, view.arm.dof))
         inside = np.all((view.arm.nose(drawn) >= view.arm.box_low_m) & (view.arm.nose(drawn) <= view.arm.box_high_m), axis=1)
-        poses = [*nearest_poses(view, places + way), *drawn[inside][: self.anywhere]]
+        poses = [*nearest_poses(view, places + offset), *drawn[inside][: self.anywhere]]
         return np.array([q for q in poses if is_allowed(view, q)] or [random_step(view, rng)])
 
 
 def information(likelihood: Likelihood, cloud: Cloud, noses_m: Array, levels: int) -> Array:
-    """Expected drop of the entropy (k,) nat of the source's place by sniffs at noses (k, 3) m."""
+    """Return the expected entropy reduction (k,) nat of the source position by sniffs at noses (k, 3) m (mutual information)."""
     likely = cloud.likeliest(MASS)
     mean, sd = likelihood.expected(likely, noses_m)  # (k, j, a) ppm
-    below = ndtr((_edges(likelihood, likely.weight, mean, sd, levels)[..., None, None] - mean[:, None]) / sd[:, None])  # (k, l - 1, j, a)
+    cdf = ndtr((_edges(likelihood, likely.weight, mean, sd, levels)[..., None, None] - mean[:, None]) / sd[:, None])  # (k, l - 1, j, a)
     w = np.sum(likely.weight, axis=1)
-    below = np.einsum("klja,ja->klj", below, likely.weight / w[:, None])
-    chance = np.maximum(np.diff(below, axis=1, prepend=0.0, append=1.0), 0.0)  # of a level (k, l, j) if the source is at j
-    total = chance @ w
-    return np.asarray(np.sum(xlogy(chance, chance), axis=1) @ w - np.sum(xlogy(total, total), axis=1))
+    cdf = np.einsum("klja,ja->klj", cdf, likely.weight / w[:, None])
+    probability = np.maximum(np.diff(cdf, axis=1, prepend=0.0, append=1.0), 0.0)  # of a level (k, l, j) given a source at j
+    marginal = probability @ w
+    return np.asarray(np.sum(xlogy(probability, probability), axis=1) @ w - np.sum(xlogy(marginal, marginal), axis=1))
 
 
 def _edges(likelihood: Likelihood, weight: Array, mean: Array, sd: Array, levels: int) -> Array:
-    """Between levels (k, l - 1) ppm: as if the signal plus its white noise were log-normal, all levels are equally likely."""
+    """Level boundaries (k, l - 1) ppm: as if the signal plus its white noise were log-normal, all levels are equally probable."""
     floor = likelihood.view.model.sigma_ppm
     ln = np.log(mean + floor)
-    middle = np.einsum("kja,ja->k", ln, weight)
-    spread = np.einsum("kja,ja->k", (ln - middle[:, None, None]) ** 2 + (sd / (mean + floor)) ** 2, weight)
-    return np.asarray(np.exp(middle[:, None] + np.sqrt(spread)[:, None] * ndtri(np.arange(1, levels) / levels)) - floor)
+    mean_ln = np.einsum("kja,ja->k", ln, weight)
+    variance_ln = np.einsum("kja,ja->k", (ln - mean_ln[:, None, None]) ** 2 + (sd / (mean + floor)) ** 2, weight)
+    return np.asarray(np.exp(mean_ln[:, None] + np.sqrt(variance_ln)[:, None] * ndtri(np.arange(1, levels) / levels)) - floor)

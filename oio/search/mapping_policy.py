@@ -1,4 +1,4 @@
-"""When a belief map is made, and when the plume counts as lost: decided from the moves alone, without the truth."""
+"""Mapping policy: when a belief map is due, and when the plume counts as lost; decided from the moves alone, without the truth."""
 
 from collections.abc import Sequence
 
@@ -8,17 +8,17 @@ from oio.search.view import Move
 
 @settings
 class MappingPolicy:
-    """Explore, map, map again ever more seldom; sooner in doubt. Between maps the filter runs."""
+    """Mapping schedule: explore, map, map again at growing intervals, and sooner while in doubt. Between maps the filter runs."""
 
-    explore_moves: int  # moves before the first map, at least;
-    min_whiffs: int  # and until so many of them had a whiff,
-    explore_max_moves: int  # but so many at most
-    lost_moves: int  # after so many silent moves the plume is lost, until a move has a whiff
-    remap_factor: float  # the map is made anew after so many times the moves of the last one,
-    recheck_moves: int  # and while it is in doubt, after so many moves
+    explore_moves: int  # minimum moves before the first map,
+    min_whiffs: int  # and minimum moves with a whiff,
+    explore_max_moves: int  # but at most so many moves
+    lost_moves: int  # after so many silent moves in a row the plume is lost
+    remap_factor: float  # a new map is due after so many times the moves of the last one,
+    recheck_moves: int  # and while it is in doubt, after so many more moves
 
     def check(self) -> None:
-        """Refuse a search that cannot make its first map: a position takes five measurements."""
+        """Raise BadInput for a number out of range; a first map takes five measurements."""
         in_range(
             self,
             explore_moves=(4, 1000),
@@ -30,21 +30,21 @@ class MappingPolicy:
         )
 
     def lost(self, moves: Sequence[Move]) -> bool:
-        """Whether the latest moves smelt nothing: wherever the source is believed, it is elsewhere."""
+        """Return whether the plume is lost: the latest moves had no signal, so the source is not where it is believed."""
         return len(moves) >= self.lost_moves and all(move.silent for move in moves[-self.lost_moves :])
 
     def explored(self, moves: Sequence[Move]) -> bool:
-        """Whether these moves suffice for a first map."""
+        """Return whether these moves suffice for a first map."""
         whiffs = sum(move.smelt is not None for move in moves)
         return len(moves) >= self.explore_moves and (whiffs >= self.min_whiffs or len(moves) >= self.explore_max_moves)
 
     def due(self, moves: Sequence[Move], mapped: int, doubtful: bool) -> bool:
-        """Whether a map is due after these moves, the last one having been made after `mapped` of them (0: none yet).
+        """Return whether a map is due after these moves, the last one having been made after `mapped` of them (0: none yet).
 
-        `doubtful`: hypotheses compete, or the filter is not consistent with its innovations.
+        `doubtful`: several hypotheses are left, or the filter fails its NIS consistency test.
         """
         if mapped == 0:
             return self.explored(moves)
         if self.lost(moves[:-1]) and not self.lost(moves):
-            return True  # the plume was found again
+            return True  # the plume was reacquired
         return len(moves) >= self.remap_factor * mapped or (doubtful and len(moves) >= mapped + self.recheck_moves)

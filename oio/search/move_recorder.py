@@ -1,4 +1,4 @@
-"""One move of a search: everything sensed goes to the odometry, the bout rule and the whiff detector, and a `Move` comes out."""
+"""Recorder of one search move: sensor data go to the odometry, the bout detector and the whiff detector, and a `Move` is returned."""
 
 import numpy as np
 
@@ -10,34 +10,34 @@ from oio.search.view import Move
 
 
 class MoveRecorder:
-    """Feeds all three in the order of time. Missed readings reach the odometry alone, which counts none."""
+    """Passes sensor data to all three in the order of time. Missed readings reach the odometry alone, which does not count them."""
 
     def __init__(self, odometry: Odometry, bouts: BoutDetector, whiffs: WhiffDetector, whiff_sigmas: float) -> None:
         self._odometry, self._bouts, self._whiffs, self._whiff_sigmas = odometry, bouts, whiffs, whiff_sigmas
-        self._fired = [0]
+        self._bout_flags = [0]
 
     def begin(self) -> None:
-        """A move begins."""
-        self._fired = [0]
+        """Start a move."""
+        self._bout_flags = [0]
         self._whiffs.begin()
 
     def joints(self, state: JointState) -> None:
-        """The arm is here now."""
+        """Process the current joint state."""
         self._odometry.joints(state)
         self._whiffs.feed(state)
 
     def reading(self, reading: GasReading) -> Innovation | None:
-        """One reading; its innovation, None before the first map."""
+        """Process one reading; returns its innovation, None before the first map."""
         innovation = self._odometry.reading(reading)
         if not reading.missed:
             bout = self._bouts.feed(reading)
             if bout is not None:
-                self._fired.append(int(bout.fired))
+                self._bout_flags.append(int(bout.fired))
             self._whiffs.feed(reading)
         return innovation
 
     def finished(self, goal: Array) -> Move:
-        """The move to goal (n,) rad that has ended."""
-        whiffs, limit = self._whiffs, self._whiff_sigmas
-        smelt = whiffs.q if whiffs.fresh > limit else None
-        return Move(goal, float(np.mean(self._fired)), whiffs.ppm, smelt, whiffs.level <= limit)
+        """Return the finished move to goal (n,) rad."""
+        whiffs, threshold = self._whiffs, self._whiff_sigmas
+        whiff_q = whiffs.q if whiffs.fresh > threshold else None
+        return Move(goal, float(np.mean(self._bout_flags)), whiffs.ppm, whiff_q, whiffs.level <= threshold)

@@ -1,4 +1,4 @@
-"""Poses anywhere in the box: the baseline that every search must beat."""
+"""Random search: random poses in the workspace box, the baseline for every other strategy."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from oio.search.view import View
 
 @settings
 class Random:
-    """Uniform in the joints, as far as the nose may go there."""
+    """Random strategy: poses uniform in the joints, among those the arm may move to."""
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
-        """The next joint goal (n,) rad."""
+        """Return the next joint goal (n,) rad."""
         return random_step(view, rng)

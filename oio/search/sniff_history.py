@@ -1,6 +1,6 @@
-"""What was sniffed where so far, and the range law, by all that is believed; none of it is kept between moves.
+"""Sniff history: nose position and settled signal of every move so far, and the range law, by the current belief; none of it is stored.
 
-Places are those of the believed nose p(q - o), o the joint offsets of the belief, none before there is one.
+Positions are those of the believed nose p(q - o), with the joint offsets o of the belief, zero before there is one.
 """
 
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from oio.core.records import Array
 from oio.gas.range_law import EXPONENT, LAW
 from oio.search.view import View
 
-MAX_LAG_SHARE = 0.75  # of a change of the gas may be made up for when the lag holds it back; beyond, noise would be blown up
+MAX_LAG_SHARE = 0.75  # largest share of a change held back by the lag that is corrected for; beyond, noise would be amplified
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SniffHistory:
-    """Moves that measured something: joints (k, n) rad, believed nose (k, 3) m, settled signal (k,) ppm."""
+    """Moves with a signal: joints (k, n) rad, believed nose (k, 3) m, settled signal (k,) ppm."""
 
     q: Array
     p_m: Array
@@ -24,12 +24,12 @@ class SniffHistory:
 
 
 def joint_offsets(view: View) -> Array:
-    """Believed joint offsets (n,) rad."""
+    """Return the believed joint offsets (n,) rad; zero before the first belief."""
     return np.zeros(view.arm.dof) if view.belief is None else view.belief.mean[view.model.at["o"]]
 
 
 def believed_law(view: View) -> Array:
-    """theta (LAW,) of the range law: the belief's, else the calibrated one, else the nominal one of still air."""
+    """Return theta (LAW,) of the range law: the belief's, else the calibrated one, else the nominal one of still air."""
     if view.belief is not None:
         s = view.model.at["s"].start
         return np.array(view.belief.mean[s : s + LAW])
@@ -41,28 +41,29 @@ def believed_law(view: View) -> Array:
 
 
 def last_goal(view: View) -> Array:
-    """Where the arm was sent last (n,) rad."""
+    """Return the last joint goal (n,) rad."""
     return view.moves[-1].q if view.moves else view.arm.home
 
 
 def goals(view: View) -> Array:
-    """Where the arm was sent: home, then the goal of every move (k + 1, n) rad."""
+    """Return all joint goals: home, then the goal of every move (k + 1, n) rad."""
     return np.array([view.arm.home, *(move.q for move in view.moves)])
 
 
 def sniff_history(view: View) -> SniffHistory:
-    """All moves that lasted long enough for a signal (else it is 0), with what the lag held back made up for.
+    """Return all moves that lasted long enough for a signal (else it is 0), corrected for the first-order lag.
 
-    f_i = phi f_{i-1} + (1 - phi) c_i over the dwell and half of the way gives c_i.
+    f_i = phi f_{i-1} + (1 - phi) c_i over the dwell and half of the travel time gives c_i.
     """
     q, f = goals(view), np.array([move.ppm for move in view.moves])
-    held = np.array([_lag_share(view, q[i], q[i + 1], i > 0 and f[i] > f[i - 1]) for i in range(len(f))])
-    before = np.concatenate([f[:1], f[:-1]])
-    settled = f + held / (1.0 - held) * np.where(before != 0.0, f - before, 0.0)
-    known = np.flatnonzero(f != 0.0)
-    return SniffHistory(q[1:][known], view.arm.nose(q[1:][known] - joint_offsets(view)), settled[known])
+    phi = np.array([_lag_share(view, q[i], q[i + 1], i > 0 and f[i] > f[i - 1]) for i in range(len(f))])
+    previous = np.concatenate([f[:1], f[:-1]])
+    settled = f + phi / (1.0 - phi) * np.where(previous != 0.0, f - previous, 0.0)
+    measured = np.flatnonzero(f != 0.0)
+    return SniffHistory(q[1:][measured], view.arm.nose(q[1:][measured] - joint_offsets(view)), settled[measured])
 
 
 def _lag_share(view: View, q_from: Array, q_to: Array, rising: bool) -> float:
+    """phi: share of a change that the first-order lag still holds back at the end of a dwell, at most MAX_LAG_SHARE."""
     time_s = view.dwell_s + 0.5 * view.arm.duration_s(q_from, q_to)
     return min(float(np.exp(-time_s / (view.model.rise_s if rising else view.model.fall_s))), MAX_LAG_SHARE)

@@ -1,4 +1,4 @@
-"""When a source is declared: the belief is narrow, the nose has smelt it from near, and the filter is not surprised. No truth in it."""
+"""Stopping rule: declares the source when the belief is narrow, the nose sniffed gas near it, and the NIS is consistent. No truth used."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from oio.search.view import Move
 
 @settings
 class StopRule:
-    """Self-declared success; checked at the end of every move, and again after a map of everything."""
+    """Stopping rule (self-declared success); checked after every move, and again after a map of the whole trace."""
 
     sd_m: float  # root of the trace of the source's covariance is below this,
     sniff_radius_m: float  # the nose has sniffed within this of the believed source,
@@ -17,16 +17,16 @@ class StopRule:
     max_nis: float  # one hypothesis is left, and the mean NIS since the last map is below this
 
     def check(self) -> None:
-        """Refuse a rule that never or always holds."""
+        """Raise BadInput for a threshold out of range."""
         in_range(self, sd_m=(1e-5, 10), sniff_radius_m=(1e-3, 10), min_sniffs=(1, 1000), max_nis=(1, 1e6))
 
     def holds(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
-        """Whether the source may be declared after these moves."""
+        """Return whether the source may be declared after these moves."""
         source = odometry.source()
         if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.max_nis):
             return False
         model = odometry.prior.model
         noses = model.arm.nose(np.array([move.q for move in moves]) - odometry.belief.mean[model.at["o"]])
-        smelt = np.array([move.bouts > 0 for move in moves])
-        near = np.count_nonzero((np.linalg.norm(noses - source[0], axis=1) < self.sniff_radius_m) & smelt)
-        return bool(near >= self.min_sniffs and np.sqrt(np.trace(source[1])) < self.sd_m)
+        with_bouts = np.array([move.bouts > 0 for move in moves])
+        near_sniffs = np.count_nonzero((np.linalg.norm(noses - source[0], axis=1) < self.sniff_radius_m) & with_bouts)
+        return bool(near_sniffs >= self.min_sniffs and np.sqrt(np.trace(source[1])) < self.sd_m)

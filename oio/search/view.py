@@ -1,4 +1,4 @@
-"""What a strategy sees."""
+"""Input of a search strategy: the belief and the moves so far."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,8 @@ from oio.kinematics.arm import Arm
 
 @dataclass(frozen=True)
 class Move:
-    """A finished move: the goal (n,) rad, which fraction of its readings were bouts, the mean signal at its end [ppm]; the joints (n,) rad
-    where it smelt gas that no earlier sniff had left in the sensor, if it did; and whether the sensor was as in clean air throughout."""
+    """A finished move: its goal q (n,) rad, the fraction `bouts` of its readings that were bouts, the mean signal at its end [ppm]; `smelt`,
+    the joints (n,) rad at a whiff (gas that no earlier sniff left in the sensor) or None; `silent`: clean air throughout."""
 
     q: Array
     bouts: float
@@ -22,7 +22,7 @@ class Move:
 
 @dataclass(frozen=True)
 class View:
-    """The search so far."""
+    """The search so far, as passed to a strategy."""
 
     arm: Arm
     model: StateSpace
@@ -30,5 +30,5 @@ class View:
     hypotheses: tuple[Fit, ...]
     moves: tuple[Move, ...]
     dwell_s: float
-    standoff_m: float  # the nose keeps this far from where the source is believed
-    law: Array | None = None  # calibrated mean (LAW,) of the range law, for before the first belief; None: the nominal law
+    standoff_m: float  # minimum distance of the nose from the believed source
+    law: Array | None = None  # calibrated mean (LAW,) of the range law, used before the first belief; None: the nominal law

@@ -14,7 +14,7 @@ from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior, nominal_prior
 from oio.inference.state_space import StateSpace
 from oio.inference.uncertainty import Noise
-from oio.kinematics.arm import smooth
+from oio.kinematics.minimum_jerk import minimum_jerk
 
 NOISE = Fluctuation(1.0, 0.2, 0.3)
 SIGMA_PPM = 0.05
@@ -54,7 +54,7 @@ class Lab:
         t = np.arange(0.0, poses * (1.0 + stay_s), STEP_S)
         goals = [self.arm.home, *(self._near(source) if i % 2 else self._off(source) for i in range(poses))]
         leg = np.minimum((t / (1.0 + stay_s)).astype(int), poses - 1)
-        share = np.array([smooth(x) for x in t - leg * (1.0 + stay_s)])
+        share = np.array([minimum_jerk(x) for x in t - leg * (1.0 + stay_s)])
         q = np.array([goals[i] + s * (goals[i + 1] - goals[i]) for i, s in zip(leg, share, strict=True)])
         return t, q
 

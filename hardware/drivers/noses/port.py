@@ -1,4 +1,4 @@
-"""Drivers of real noses, and which of them is at which port."""
+"""Configuration of a real gas sensor's port: driver selection and sentence format."""
 
 from hardware.drivers.noses import line, scd30, scd41
 from hardware.drivers.noses.reading_filter import ReadingFilter
@@ -17,16 +17,16 @@ NEVER = 1 << 62
 
 @settings
 class NosePort:
-    """One nose: its language, its port, and for `line` where in a sentence what stands."""
+    """Port of one gas sensor: driver, port and, for `line`, the field order of its sentences."""
 
     driver: str
     port: str  # a path, usb:VENDOR:PRODUCT[:SERIAL], or ask
-    talker: str  # the word behind the $
-    columns: tuple[str, ...]  # of the sentence behind the talker; NEEDED must be among them
-    stuck_after: int  # readings in a row that are equal to the last digit: those after them are dropped
+    talker: str  # first word of the sentence, after the $
+    columns: tuple[str, ...]  # field names after the talker; NEEDED must be among them
+    stuck_after: int  # number of identical consecutive readings after which further ones are dropped as stuck
 
     def check(self) -> None:
-        """Refuse unknown drivers and sentences without what is needed."""
+        """Refuse unknown drivers and sentence formats without the required fields."""
         if self.driver not in DRIVERS:
             raise BadInput(
                 f"backend.nose.driver={self.driver} was given, but it can be {', '.join(DRIVERS)}. Type backend.nose.driver=line."
@@ -38,15 +38,15 @@ class NosePort:
 
     @property
     def least_s(self) -> float:
-        """How often a real part has something new at best [s]."""
+        """Shortest update period of the real part [s]; 0 if it has no limit."""
         return {"scd30": scd30.INTERVAL_S[0], "scd41": scd41.LEAST_S}.get(self.driver, 0.0)
 
     def live(self, sensor: Sensor, clock: Clock, mailbox: Mailbox) -> Driver:
-        """The driver of `sensor`. Raises BadInput if they cannot be one thing."""
+        """Create the driver for `sensor`. Raises BadInput if the driver does not fit the sensor."""
         bits = getattr(sensor, "adc_bits", None)
         if (self.driver == "line") != (bits is not None):
-            fits = "scd30 or scd41, which say ppm" if bits is None else "line, which says counts"
-            raise BadInput(f"sensor={sensor.name} goes with {fits}, but backend.nose.driver={self.driver} was given.")
+            suitable = "scd30 or scd41, which say ppm" if bits is None else "line, which says counts"
+            raise BadInput(f"sensor={sensor.name} goes with {suitable}, but backend.nose.driver={self.driver} was given.")
         stuck_after = self.stuck_after if _noisy(sensor) else NEVER
         intake = ReadingFilter(mailbox, sensor.elements, sensor.highest_raw, stuck_after)
         if self.driver == "line":
@@ -58,7 +58,7 @@ class NosePort:
 
 
 def _noisy(sensor: Sensor) -> bool:
-    """Whether the noise of clean air moves the raw value by a count or more: else it may stay the same for minutes and be sound."""
+    """Whether the noise in clean air moves the raw value by one count or more: if not, a constant value is not a fault."""
     clean = sensor.raw(0.0)
     sigma_ppm = sensor.reading(GasSample(0, 0, clean)).sigma_ppm
     return abs(sensor.raw(sigma_ppm) - clean) >= 1.0

@@ -1,4 +1,4 @@
-"""Drivers of servo arms: a bus per maker, one arm over any bus; `port.ArmPort` says which one is at which port.
+"""Drivers of servo arms: one bus per maker, one arm over any bus; `port.ArmPort` selects the driver and its port.
 
 May import: `hardware.transport`, `hardware.codecs`, `oio`. May not import: noses, valves, worlds.
 """

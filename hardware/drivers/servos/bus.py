@@ -1,4 +1,4 @@
-"""What the arm asks of its servos, whoever made them."""
+"""Servo bus protocol: what the arm driver requires of servos of any maker."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -15,12 +15,12 @@ from oio.core.records import Array
 Positions = NDArray[np.int64]
 P = TypeVar("P")
 TRIES = 3
-ANSWER_S = 0.03  # host seconds for all servos: 0.7 ms of wire time, return delays, and a busy host
+ANSWER_S = 0.03  # time-out for all servos [host s]: 0.7 ms of wire time, return delays, and a busy host
 
 
 @dataclass(frozen=True, slots=True)
 class ServoState:
-    """One look at all servos: counts (n,), load (n,) as a fraction of the most, and what one of them complains of, if it does."""
+    """State of all servos at one time: positions (n,) [counts], load (n,) as a fraction of full load, fault text of one of them or None."""
 
     counts: Positions
     load: Array
@@ -29,7 +29,7 @@ class ServoState:
 
 @dataclass(frozen=True, slots=True)
 class ServoHealth:
-    """One servo: whether it holds, the goal it was given last [counts], its supply and its case."""
+    """Health of one servo: torque enabled, goal position [counts], supply voltage [V], temperature."""
 
     holds: bool
     goal: int
@@ -38,69 +38,69 @@ class ServoHealth:
 
 
 class Bus(Protocol):
-    """Servos at one wire. Everything raises Unplugged or NoAnswer."""
+    """Protocol of the servos on one wire. Every method raises Unplugged or NoAnswer."""
 
-    name: str  # as typed after backend.arm.driver=
+    name: str  # value of backend.arm.driver=
     baud: int
     counts_per_turn: int
-    middle: int  # counts of a joint's zero where nothing was homed
+    middle: int  # counts of a joint's zero without homing
 
     def ping(self, wire: Wire, servo: int) -> str | None:
-        """Its model, or None."""
+        """Return the servo's model; None on a time-out."""
         ...
 
-    def begin(self, wire: Wire, ids: Sequence[int]) -> None:
-        """Position mode, answers without delay."""
+    def configure(self, wire: Wire, ids: Sequence[int]) -> None:
+        """Set position mode and zero return delay."""
         ...
 
-    def feel(self, wire: Wire, ids: Sequence[int]) -> ServoState:
-        """Where all are, and what they carry."""
+    def read_state(self, wire: Wire, ids: Sequence[int]) -> ServoState:
+        """Read position and load of all servos."""
         ...
 
-    def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
-        """Where all shall go; nobody answers."""
+    def write_goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
+        """Write the goal positions [counts] of all servos; the servos send no status."""
         ...
 
     def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
-        """Hold, or let go. Raises NoAnswer for a servo that refuses to hold."""
+        """Enable or disable torque. Raises NoAnswer for a servo that refuses to enable it."""
         ...
 
     def health(self, wire: Wire, servo: int) -> ServoHealth:
-        """How one of them is."""
+        """Read the health of one servo."""
         ...
 
     def framer(self) -> Framer[Any]:
-        """Whose counts are those of the wire."""
+        """Return the frame decoder, whose counters are the statistics of the wire."""
         ...
 
 
 def ask_one(wire: Wire, question: bytes, framer: Framer[P], servo: int, of: Callable[[P], int | None]) -> P:
-    """The packet of one servo, for questions that may be asked again. Raises NoAnswer."""
+    """Return the reply of one servo, with retries, for idempotent requests. Raises NoAnswer."""
     for _ in range(TRIES - 1):
         try:
             return ask_all(wire, question, framer, [servo], of)[0]
         except NoAnswer:
-            time.sleep(ANSWER_S)  # one that is only late shall be gone before the next question
+            time.sleep(ANSWER_S)  # a late reply must have arrived before the next request
     return ask_all(wire, question, framer, [servo], of)[0]
 
 
 def ask_all(wire: Wire, question: bytes, framer: Framer[P], ids: Sequence[int], of: Callable[[P], int | None]) -> list[P]:
-    """One packet of each servo, in the order of `ids`; `of` says whose answer a packet is. Raises NoAnswer if one is missing."""
+    """Return one reply per servo, in the order of `ids`; `of` maps a packet to its servo id or None. Raises NoAnswer if one is missing."""
     drain(wire, framer)
     wire.write(question)
-    until_s, heard = time.monotonic() + ANSWER_S, dict[int, P]()
-    while len(heard) < len(ids) and (left_s := until_s - time.monotonic()) > 0:
-        _sort(framer.feed(wire.read(left_s)), ids, of, heard)
-    if len(heard) < len(ids):
-        _sort(framer.quiet(), ids, of, heard)
-    missing = [servo for servo in ids if servo not in heard]
+    until_s, replies = time.monotonic() + ANSWER_S, dict[int, P]()
+    while len(replies) < len(ids) and (left_s := until_s - time.monotonic()) > 0:
+        _sort(framer.feed(wire.read(left_s)), ids, of, replies)
+    if len(replies) < len(ids):
+        _sort(framer.quiet(), ids, of, replies)
+    missing = [servo for servo in ids if servo not in replies]
     if missing:
         raise NoAnswer(f"servo {missing[0]} does not answer")
-    return [heard[servo] for servo in ids]
+    return [replies[servo] for servo in ids]
 
 
-def _sort(packets: Sequence[P], ids: Sequence[int], of: Callable[[P], int | None], heard: dict[int, P]) -> None:
+def _sort(packets: Sequence[P], ids: Sequence[int], of: Callable[[P], int | None], replies: dict[int, P]) -> None:
     for packet in packets:
         servo = of(packet)
         if servo is not None and servo in ids:
-            heard[servo] = packet
+            replies[servo] = packet

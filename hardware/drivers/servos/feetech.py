@@ -1,4 +1,4 @@
-"""Feetech STS3215 at 1 Mbaud."""
+"""Driver of Feetech STS3215 servos at 1 Mbaud."""
 
 from collections.abc import Callable, Sequence
 
@@ -19,12 +19,12 @@ COMPLAINTS = {
     sts.OVERCURRENT: "too much current",
     sts.OVERLOAD: "overload",
 }
-SIGN_POSITION, SIGN_LOAD = 15, 10  # bit of the sign; values are magnitudes
-LOAD_FULL = 1000.0  # 0.1 %
+SIGN_POSITION, SIGN_LOAD = 15, 10  # sign bits; values are in sign and magnitude
+LOAD_FULL = 1000.0  # unit: 0.1 %
 
 
 class Feetech:
-    """The bus of the SO-101."""
+    """Bus of Feetech STS3215 servos, as in the SO-101."""
 
     name, baud, counts_per_turn, middle = "feetech", 1_000_000, sts.TICKS_PER_TURN, 2048
 
@@ -43,8 +43,8 @@ class Feetech:
             return None
         return MODELS.get(model, f"model {model}")
 
-    def begin(self, wire: Wire, ids: Sequence[int]) -> None:
-        """See `Bus`. EPROM is written only where it differs: it wears."""
+    def configure(self, wire: Wire, ids: Sequence[int]) -> None:
+        """See `Bus`. EPROM is written only where it differs, because it wears."""
         for servo in ids:
             for register, wanted in ((sts.RETURN_DELAY, 0), (sts.MODE, POSITION_MODE)):
                 if self._number(self._read(wire, servo, register)) != wanted:
@@ -53,16 +53,16 @@ class Feetech:
                     self._write(wire, servo, register, wanted)
                     self._write(wire, servo, sts.LOCK, 1)
 
-    def feel(self, wire: Wire, ids: Sequence[int]) -> ServoState:
+    def read_state(self, wire: Wire, ids: Sequence[int]) -> ServoState:
         """See `Bus`."""
         question = sts.sync_read(*PRESENT, ids)
         packets = ask_all(wire, question, self._packets, ids, _of(PRESENT.length))
         words = np.array([np.frombuffer(p.params, dtype="<u2") for p in packets], dtype=np.int64)
         counts = [sts.signed(int(w), SIGN_POSITION) for w in words[:, 0]]
         load = np.array([abs(sts.signed(int(w), SIGN_LOAD)) for w in words[:, 2]]) / LOAD_FULL
-        return ServoState(np.array(counts), load, next((said for p in packets if (said := _complaint(p))), None))
+        return ServoState(np.array(counts), load, next((fault for p in packets if (fault := _fault(p))), None))
 
-    def goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
+    def write_goals(self, wire: Wire, ids: Sequence[int], counts: Positions) -> None:
         """See `Bus`."""
         data = {s: sts.magnitude(int(c), SIGN_POSITION).to_bytes(2, "little") for s, c in zip(ids, counts, strict=True)}
         wire.write(sts.sync_write(sts.GOAL_POSITION.address, data))
@@ -70,9 +70,9 @@ class Feetech:
     def torque(self, wire: Wire, ids: Sequence[int], on: bool) -> None:
         """See `Bus`."""
         for servo in ids:
-            said = _complaint(self._write(wire, servo, sts.TORQUE_ENABLE, int(on)))
-            if on and said:
-                raise NoAnswer(said)
+            fault = _fault(self._write(wire, servo, sts.TORQUE_ENABLE, int(on)))
+            if on and fault:
+                raise NoAnswer(fault)
 
     def health(self, wire: Wire, servo: int) -> ServoHealth:
         """See `Bus`."""
@@ -93,16 +93,16 @@ class Feetech:
 
 
 def _at(health: bytes, register: sts.Register) -> int:
-    begin = register.address - HEALTH.address
-    return int.from_bytes(health[begin : begin + register.length], "little")
+    start = register.address - HEALTH.address
+    return int.from_bytes(health[start : start + register.length], "little")
 
 
-def _complaint(packet: sts.Packet) -> str | None:
-    """What the error bits of an answer say."""
-    said = [name for bit, name in COMPLAINTS.items() if packet.code & bit]
-    return f"servo {packet.id} reports {' and '.join(said)}" if said else None
+def _fault(packet: sts.Packet) -> str | None:
+    """Text of the error bits of a reply; None if there are none."""
+    names = [name for bit, name in COMPLAINTS.items() if packet.code & bit]
+    return f"servo {packet.id} reports {' and '.join(names)}" if names else None
 
 
 def _of(length: int) -> Callable[[sts.Packet], int | None]:
-    """Whose answer of so many bytes a packet is."""
+    """Return a function that maps a reply of `length` parameter bytes to its servo id, other packets to None."""
     return lambda packet: packet.id if len(packet.params) == length else None

@@ -1,4 +1,4 @@
-"""Velocity and acceleration as differences of angles: what a bus gives for velocity has a unit that sources disagree about."""
+"""Joint velocity and acceleration by finite differences of angles: the sources disagree on the unit of the velocity that a bus reports."""
 
 import numpy as np
 
@@ -6,18 +6,18 @@ from oio.core.records import Array, JointState, seconds
 
 
 class FiniteDifferences:
-    """One joint state after the other."""
+    """Backward differences of a sequence of joint angles."""
 
     def __init__(self) -> None:
-        self._before: JointState | None = None
+        self._previous: JointState | None = None
 
     def state(self, t_ns: int, q_rad: Array) -> JointState:
-        """Angles q (n,) rad at t_ns, with dq (n,) rad/s and ddq (n,) rad/s^2 since the state before."""
-        before, nothing = self._before, np.zeros_like(q_rad)
-        if before is None:
-            self._before = JointState(t_ns, q_rad, nothing, nothing)
+        """Return the joint state at t_ns: q (n,) rad, dq (n,) rad/s and ddq (n,) rad/s^2 since the previous one."""
+        previous, zeros = self._previous, np.zeros_like(q_rad)
+        if previous is None:
+            self._previous = JointState(t_ns, q_rad, zeros, zeros)
         else:
-            dt_s = seconds(t_ns - before.t_ns)
-            dq = (q_rad - before.q) / dt_s
-            self._before = JointState(t_ns, q_rad, dq, (dq - before.dq) / dt_s)
-        return self._before
+            dt_s = seconds(t_ns - previous.t_ns)
+            dq = (q_rad - previous.q) / dt_s
+            self._previous = JointState(t_ns, q_rad, dq, (dq - previous.dq) / dt_s)
+        return self._previous

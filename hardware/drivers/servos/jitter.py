@@ -1,4 +1,4 @@
-"""How evenly something happens."""
+"""Period statistics of a cyclic event."""
 
 import math
 
@@ -6,14 +6,14 @@ from oio.core.records import seconds
 
 
 class Jitter:
-    """Period of what happens again and again: mean, spread, longest (Welford 1962)."""
+    """Running mean, standard deviation and maximum of the period of a cyclic event (Welford 1962)."""
 
     def __init__(self) -> None:
         self._last_ns: int | None = None
         self.n, self._mean_s, self._sum2, self.longest_s = 0, 0.0, 0.0, 0.0
 
     def beat(self, t_ns: int) -> None:
-        """It happened."""
+        """Record an event at t_ns."""
         if self._last_ns is not None:
             period_s = seconds(t_ns - self._last_ns)
             self.n += 1
@@ -25,12 +25,12 @@ class Jitter:
 
     @property
     def hz(self) -> float:
-        """Mean rate; NaN before the second beat."""
+        """Mean rate [Hz]; NaN before the second event."""
         return 1.0 / self._mean_s if self.n and self._mean_s > 0 else math.nan
 
     @property
     def jitter_s(self) -> float:
-        """Standard deviation of the period; NaN before the third beat."""
+        """Standard deviation of the period [s]; NaN before the third event."""
         return math.sqrt(self._sum2 / (self.n - 1)) if self.n > 1 else math.nan
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""A joint that was turned from its LOW end to its HIGH end, which way that is in words, and the zero and direction that follow."""
+"""Joint calibration (homing): zero and direction of a joint's counts from a sweep by hand from its LOW end to its HIGH end."""
 
 import math
 from collections.abc import Sequence
@@ -11,33 +11,33 @@ from oio.kinematics.arm import Arm
 from oio.kinematics.forward import nose_and_jacobian
 from oio.kinematics.homing import Homing
 
-MAX_STEP_TURNS = 0.25  # of a turn: more between two looks is a wrap
-MISFIT_DEG = 15.0  # ends that are farther from the MJCF's than this are not its ends
-MIN_SEPARATION = 0.5  # of what it was turned by: where Enter was pressed at LOW and at HIGH must be farther apart, or they are no two ends
-LEVER_M = 0.03  # a nose on a smaller circle than this is seen to roll, not to go anywhere
+MAX_STEP_TURNS = 0.25  # fraction of a turn: a larger step between two readings is a wrap of the count
+MISFIT_DEG = 15.0  # a span that differs by more from the MJCF's is not that of its ends
+MIN_SEPARATION = 0.5  # fraction of the span: the positions at the LOW and HIGH key presses must be farther apart to be two ends
+LEVER_M = 0.03  # with a smaller lever arm the nose visibly rolls instead of moving
 DIRECTIONS = (("forward", "back"), ("to the arm's left", "to the arm's right"), ("up", "down"))  # along +x and -x, y, z of the base
 
 
 def end_directions(arm: Arm) -> list[tuple[str, str]]:
-    """Per joint of the whole arm in words what the nose does when the joint leaves the home pose for its LOW end, and for its HIGH end.
+    """Describe, per joint of the whole arm, how the nose moves when the joint leaves home for its LOW end, and for its HIGH end.
 
-    At once, not at the ends: a joint that swings the nose half around brings it back on both sides.
+    Directions at the start of the move, not at its end: a joint that swings the nose half around brings it back on both sides.
     """
-    slopes = arm.nose_jacobian(arm.home)[1]  # dp/dq (3, n)
+    jacobian = arm.nose_jacobian(arm.home)[1]  # dp/dq (3, n)
     return [
-        _nose_direction(slopes[:, i]) if math.hypot(*slopes[:, i]) >= LEVER_M else _roll_direction(arm, i)
+        _nose_direction(jacobian[:, i]) if math.hypot(*jacobian[:, i]) >= LEVER_M else _roll_direction(arm, i)
         for i in range(len(arm.all_names))
     ]
 
 
-def _nose_direction(slope: Array) -> tuple[str, str]:
-    most = int(np.argmax(np.abs(slope)))
-    plus, minus = (f"the nose goes {way}" for way in DIRECTIONS[most])
-    return (minus, plus) if slope[most] > 0 else (plus, minus)
+def _nose_direction(gradient: Array) -> tuple[str, str]:
+    largest = int(np.argmax(np.abs(gradient)))
+    plus, minus = (f"the nose goes {way}" for way in DIRECTIONS[largest])
+    return (minus, plus) if gradient[largest] > 0 else (plus, minus)
 
 
 def _roll_direction(arm: Arm, i: int) -> tuple[str, str]:
-    """Seen along the line from the joint to the nose: an axis that points away turns clockwise."""
+    """Roll direction seen along the line from joint to nose: an axis that points away from the viewer turns clockwise."""
     c, q = arm.chain, np.ascontiguousarray(arm.home[None, : i + 1])
     part = c._replace(poses=c.poses[: i + 1], axes=c.axes[: i + 1], kinds=c.kinds[: i + 1], locked=c.locked[: i + 1])
     anchor, tip = (nose_and_jacobian(q, part._replace(offset=offset), False)[0][0] for offset in (np.zeros(3), c.axes[i]))
@@ -52,17 +52,17 @@ def _roll_direction(arm: Arm, i: int) -> tuple[str, str]:
 
 
 class JointSweep:
-    """Counts of one joint while a person turned it from its LOW end to its HIGH end, `ends_deg` in the MJCF."""
+    """Counts of one joint during a sweep by hand from its LOW end to its HIGH end, whose angles in the MJCF are `ends_deg`."""
 
     def __init__(self, name: str, per_turn: int, ends_deg: tuple[float, float]) -> None:
         self.name, self._per_turn, self._last = name, per_turn, -1
-        self._least, self._most, self._named = per_turn, -1, list[int]()
+        self._lowest, self._highest, self._marked = per_turn, -1, list[int]()
         self._ends_deg = ends_deg
         marks = f"{ends_deg[0]:.0f} and {ends_deg[1]:.0f} degrees from its middle (its zero in the MJCF)"
         self._marks = f"or put tape marks at {marks} and turn it to the marks, not past them"
 
     def add(self, counts: int) -> None:
-        """One look. Raises OioError where the count wraps: a joint's range must lie within one turn of its servo."""
+        """Add one position reading. Raises OioError where the count wraps: a joint's range must lie within one turn of its servo."""
         if self._last >= 0 and abs(counts - self._last) > MAX_STEP_TURNS * self._per_turn:
             raise OioError(
                 f"the count of {self.name} jumped from {self._last} to {counts}: its servo's turn wraps inside the joint's range. Take the "
@@ -70,17 +70,18 @@ class JointSweep:
                 f"again; if the joint turns on without end, {self._marks.removeprefix('or ')}."
             )
         self._last = counts
-        self._least, self._most = min(self._least, counts), max(self._most, counts)
+        self._lowest, self._highest = min(self._lowest, counts), max(self._highest, counts)
 
     def stop(self) -> None:
-        """Enter was pressed: where the joint is now is its LOW end; the second time, its HIGH end."""
-        self._named.append(self._last)
+        """Mark the present position as the LOW end; at the second call, as the HIGH end."""
+        self._marked.append(self._last)
 
     @property
     def _ends(self) -> tuple[int, int]:
-        """Counts. Extremes, because a joint may sag from its stop before Enter is pressed; but it may also have been past tape marks, and
-        then Enter was pressed at the ends: of the two, those that are as far apart as the MJCF's."""
-        return min((self._least, self._most), (min(self._named), max(self._named)), key=self._misfit_deg)
+        """End positions [counts]: either the extremes, because a joint may sag from its stop before Enter is pressed, or the positions at
+        the two key presses, because it may have been turned past tape marks; whichever span is nearer to the MJCF's.
+        """
+        return min((self._lowest, self._highest), (min(self._marked), max(self._marked)), key=self._misfit_deg)
 
     def _deg(self, ends: tuple[int, int]) -> float:
         return 360.0 * max(ends[1] - ends[0], 0) / self._per_turn
@@ -90,29 +91,29 @@ class JointSweep:
 
     @property
     def span_deg(self) -> float:
-        """From end to end."""
+        """Angle from end to end [deg]."""
         return self._deg(self._ends)
 
     @property
     def misfit_deg(self) -> float:
-        """How much more or less that is than in the MJCF."""
+        """Absolute difference between the measured span and the MJCF's [deg]."""
         return self._misfit_deg(self._ends)
 
     @property
     def middle(self) -> float:
-        """Counts midway between the ends."""
+        """Position midway between the ends [counts]."""
         return sum(self._ends) / 2.0
 
     @property
     def sign(self) -> int:
-        """+1: counts rise from LOW to HIGH; -1. Raises OioError if the joint was not turned from the one to the other."""
-        wide = self._ends_deg[1] - self._ends_deg[0]
+        """+1 if counts rise from LOW to HIGH, else -1. Raises OioError if the joint was not turned from one end to the other."""
+        mjcf_deg = self._ends_deg[1] - self._ends_deg[0]
         if self.misfit_deg > MISFIT_DEG:
             raise OioError(
-                f"{self.name} was turned by {self.span_deg:.0f} degrees, but its ends in the MJCF are {wide:.0f} degrees apart. Turn it "
-                f"all the way to both ends, {self._marks}; then home again; nothing was written."
+                f"{self.name} was turned by {self.span_deg:.0f} degrees, but its ends in the MJCF are {mjcf_deg:.0f} degrees apart. Turn "
+                f"it all the way to both ends, {self._marks}; then home again; nothing was written."
             )
-        low, high = self._named
+        low, high = self._marked
         if abs(high - low) <= MIN_SEPARATION * (self._ends[1] - self._ends[0]):
             raise OioError(
                 f"{self.name} was at {low} counts when Enter was pressed for its LOW end and at {high} for its HIGH end: that is the same "
@@ -123,30 +124,30 @@ class JointSweep:
 
 
 def homing_from_sweeps(rounds: Sequence[Sequence[JointSweep]], arm: Arm, per_turn: int) -> Homing:
-    """Zeros of all joints of the whole arm, directions and standard uncertainties. Raises OioError if ends are not those of the MJCF, or
-    if rounds disagree in which end is which.
+    """Estimate zeros, directions and standard uncertainties of all joints of the whole arm. Raises OioError if the ends are not those of
+    the MJCF, or if rounds disagree on which end is which.
 
-    The middle of the ends that were reached is the middle of the MJCF's limits. u^2 = s^2 / n of the rounds + (misfit / 2)^2 / 3 (an end
-    that was not reached) + (backlash / 2)^2 / 3 + (1 count)^2 / 12, rectangles as in GUM 4.3.7.
+    The middle of the measured ends is the middle of the MJCF's limits. u^2 = s^2 / n of the rounds + (misfit / 2)^2 / 3 (an
+    end that was not reached) + (backlash / 2)^2 / 3 + (1 count)^2 / 12, rectangular distributions as in GUM 4.3.7.
     """
     zeros, signs, u_deg = list[int](), list[int](), list[float]()
     degrees = 360.0 / per_turn
-    for i, turns in enumerate(zip(*rounds, strict=True)):
-        sign = _common_sign(turns)
-        misfit, middles = max(turn.misfit_deg for turn in turns), np.array([turn.middle for turn in turns])
+    for i, sweeps in enumerate(zip(*rounds, strict=True)):
+        sign = _common_sign(sweeps)
+        misfit, middles = max(sweep.misfit_deg for sweep in sweeps), np.array([sweep.middle for sweep in sweeps])
         zeros.append(round(float(np.mean(middles)) - sign * sum(ends_deg(arm, i)) / 2.0 / degrees))
         signs.append(sign)
-        spread = degrees * float(np.std(middles, ddof=1)) / math.sqrt(len(turns)) if len(turns) > 1 else 0.0
+        spread = degrees * float(np.std(middles, ddof=1)) / math.sqrt(len(sweeps)) if len(sweeps) > 1 else 0.0
         u_deg.append(math.sqrt(spread**2 + (misfit / 2.0) ** 2 / 3.0 + (arm.backlash_deg / 2.0) ** 2 / 3.0 + degrees**2 / 12.0))
     return Homing(tuple(zeros), tuple(signs), tuple(u_deg))
 
 
-def _common_sign(turns: Sequence[JointSweep]) -> int:
-    signs = [turn.sign for turn in turns]
+def _common_sign(sweeps: Sequence[JointSweep]) -> int:
+    signs = [sweep.sign for sweep in sweeps]
     other = next((k for k, sign in enumerate(signs) if sign != signs[0]), None)
     if other is not None:
         raise OioError(
-            f"{turns[0].name} was turned from LOW to HIGH one way in round 1 and the other way in round {other + 1}: its ends were "
+            f"{sweeps[0].name} was turned from LOW to HIGH one way in round 1 and the other way in round {other + 1}: its ends were "
             f"taken for each other once, and a joint homed so would move mirrored. Home again, with the arm at its home when you "
             f"read which way LOW and HIGH are; nothing was written."
         )
@@ -154,5 +155,5 @@ def _common_sign(turns: Sequence[JointSweep]) -> int:
 
 
 def ends_deg(arm: Arm, i: int) -> tuple[float, float]:
-    """LOW and HIGH of joint i in the MJCF."""
+    """Return the LOW and HIGH limits of joint i in the MJCF [deg]."""
     return math.degrees(arm.low_rad[i]), math.degrees(arm.high_rad[i])

@@ -1,4 +1,4 @@
-"""Drivers of real arms, and which of them is at which port."""
+"""Configuration of a real arm's port: driver selection and limits."""
 
 from collections.abc import Callable
 
@@ -14,17 +14,17 @@ NONE = "none"
 
 @settings
 class ArmPort:
-    """One arm: its servos, its port, its homing."""
+    """Port of one arm: servo driver, port, control period and tracking error limits."""
 
     driver: str
     port: str | None  # a path, usb:VENDOR:PRODUCT[:SERIAL], or ask
-    period_s: float  # joints are read and led this often
-    tracking_error_deg: float  # a joint that is so far from where it was led,
-    tracking_error_s: float  # for so long, holds the arm: something is in its way, or its encoder is stuck
-    release: bool  # let go of the joints at the end; else they hold where they are
+    period_s: float  # control period: joints are read and given a set-point this often
+    tracking_error_deg: float  # tracking error of a joint,
+    tracking_error_s: float  # that lasts for this long, holds the arm: an obstacle, or a stuck encoder
+    release: bool  # disable torque at the end; else the joints hold their position
 
     def check(self) -> None:
-        """Refuse unknown servos, an arm without a port, and a rhythm that no bus keeps."""
+        """Refuse unknown servos, an arm without a port, and a period that no bus can keep."""
         allowed = (*BUSES, NONE)
         if self.driver not in allowed:
             raise BadInput(
@@ -38,5 +38,5 @@ class ArmPort:
         in_range(self, period_s=(0.005, 0.1), tracking_error_deg=(1.0, 180.0), tracking_error_s=(0.05, 60.0))
 
     def bus(self) -> Bus:
-        """Of the driver."""
+        """Create the servo bus of the driver."""
         return BUSES[self.driver]()

@@ -1,4 +1,4 @@
-"""Drivers of gas valves: a person who is asked, relays of a microcontroller, or none; `port.ValvePort` chooses.
+"""Drivers of gas valves: an operator who is prompted, relays of a microcontroller, or none; `port.ValvePort` selects one.
 
 May import: `hardware.transport`, `hardware.codecs`, `oio.core`. May not import: noses, servos, worlds.
 """

@@ -1,4 +1,4 @@
-"""Who opens the gas: a person who is asked, two relays of a microcontroller (`V0`, `V1`, `V2`), or nobody."""
+"""Gas valve protocol and its configuration: a prompted operator, two relays of a microcontroller (`V0`, `V1`, `V2`), or no valve."""
 
 import contextlib
 import select
@@ -20,24 +20,24 @@ SOURCES = {
 
 
 class Valve(Protocol):
-    """Opens one source and closes the others."""
+    """Protocol of a gas valve, which opens one source and closes the others."""
 
     def present(self, source: str, check: Callable[[], None]) -> None:
-        """When it returns, it is so. Raises OioError if it cannot be, and what `check` raises, which is called while it waits."""
+        """Switch to a source; returns when done. Calls `check` while it waits. Raises OioError on failure, and what `check` raises."""
         ...
 
-    def watch(self) -> str | None:
-        """Called again and again meanwhile: what went wrong or was mended, for the log. Raises OioError when it is gone for good."""
+    def poll(self) -> str | None:
+        """Return a fault or recovery since the last call, for the log, or None. Raises OioError when the valve is lost for good."""
         ...
 
-    def leave(self) -> None:
-        """The run is over: no gas is let out any more, if that can be. Never raises OioError."""
+    def close(self) -> None:
+        """Close every source at the end of the run, if possible. Never raises OioError."""
         ...
 
 
 @settings
 class ValvePort:
-    """How sources are opened."""
+    """Port of the gas valve."""
 
     driver: str
     port: str | None
@@ -53,14 +53,14 @@ class ValvePort:
 
     @contextlib.contextmanager
     def open(self, patience: Patience) -> Iterator[Valve]:
-        """Ready to be told. Raises BadInput or OioError for relays that are not there or do not answer."""
-        valve = self._made(patience)
+        """Open the valve driver. Raises BadInput or OioError for relays that are missing or do not answer."""
+        valve = self._create(patience)
         try:
             yield valve
         finally:
-            valve.leave()
+            valve.close()
 
-    def _made(self, patience: Patience) -> Valve:
+    def _create(self, patience: Patience) -> Valve:
         if self.driver == "line":
             assert self.port is not None
             return RelayValve(self.port, patience)
@@ -68,28 +68,28 @@ class ValvePort:
 
 
 class NoValve:
-    """Gas is as it is; the log says what was asked for."""
+    """Driver without a valve: the gas is not switched; the log records what was asked for."""
 
     def present(self, source: str, check: Callable[[], None]) -> None:
-        """Nothing."""
+        """Do nothing."""
 
-    def watch(self) -> None:
-        """Nothing."""
+    def poll(self) -> None:
+        """Do nothing."""
 
-    def leave(self) -> None:
-        """Nothing."""
+    def close(self) -> None:
+        """Do nothing."""
 
 
 class PromptedValve:
-    """A person."""
+    """Valve switched by an operator on request."""
 
     def __init__(self) -> None:
         self._open = "none"
 
     def present(self, source: str, check: Callable[[], None]) -> None:
-        """Ask, and wait for Enter. Raises OioError where nobody can be asked."""
+        """Prompt the operator and wait for Enter. Raises OioError at the end of standard input."""
         self._open = source
-        _say(f"please {SOURCES[source]}, then press Enter.")
+        _prompt(f"please {SOURCES[source]}, then press Enter.")
         while not select.select([sys.stdin], [], [], 0.2)[0]:
             check()
         if not sys.stdin.readline():
@@ -98,14 +98,14 @@ class PromptedValve:
                 f"backend.valve.driver=none if gas is as it is."
             )
 
-    def watch(self) -> None:
-        """A person is trusted."""
+    def poll(self) -> None:
+        """Do nothing: the operator is not monitored."""
 
-    def leave(self) -> None:
-        """Ask, and do not wait."""
+    def close(self) -> None:
+        """Prompt the operator to close the gas, without waiting."""
         if self._open != "none":
-            _say(f"please {SOURCES['none']}.")
+            _prompt(f"please {SOURCES['none']}.")
 
 
-def _say(text: str) -> None:
+def _prompt(text: str) -> None:
     print(f"oio: {text}", file=sys.stderr, flush=True)  # noqa: T201

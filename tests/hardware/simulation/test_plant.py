@@ -8,7 +8,7 @@ import pytest
 
 from oio.core.errors import BadInput
 from oio.core.records import GasSample, JointState, Truth, nanoseconds, seconds
-from oio.kinematics.arm import smooth
+from oio.kinematics.minimum_jerk import minimum_jerk
 
 QUIET = ("air=steady", "sensor=ndir")
 STEP = 2 * math.pi / 4096
@@ -23,7 +23,7 @@ def set_points(sim, goal, over_s, ticks):
     """Of the minimum-jerk move from home."""
     home = sim.arm.home
     tick_ns = nanoseconds(sim.joint_period_s)
-    return [home + smooth(seconds(i * tick_ns) / over_s) * (goal - home) for i in range(ticks)]
+    return [home + minimum_jerk(seconds(i * tick_ns) / over_s) * (goal - home) for i in range(ticks)]
 
 
 @pytest.mark.parametrize("overrides", [(5, "sensor=ndir"), (2, "sensor=ec", "air=draft")])

@@ -12,7 +12,7 @@ from oio.gas.range_law import concentration
 from oio.inference.belief_map import search_problem
 from oio.inference.map_fit import solve
 from oio.inference.observability import ambiguous_point, narrowing, unobservable
-from oio.kinematics.arm import smooth
+from oio.kinematics.minimum_jerk import minimum_jerk
 
 NARROWED = 0.7
 
@@ -140,7 +140,7 @@ def huddled(made, poses=6, swing_rad=0.03):
     def path(poses, stay_s, source):
         t = np.arange(0.0, poses * (1.0 + stay_s), 0.05)
         leg = np.minimum((t / (1.0 + stay_s)).astype(int), poses - 1)
-        share = np.array([smooth(x) for x in t - leg * (1.0 + stay_s)])[:, None]
+        share = np.array([minimum_jerk(x) for x in t - leg * (1.0 + stay_s)])[:, None]
         return t, goals[leg] + share * (goals[leg + 1] - goals[leg])
 
     made.path = path

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from oio.core.errors import BadInput
-from oio.kinematics.arm import smooth
+from oio.kinematics.minimum_jerk import minimum_jerk
 
 DOFS = (1, 2, 3, 5)
 
@@ -133,7 +133,7 @@ def test_no_move_is_faster_than_the_arm_may_go(built):
     for _ in range(20):
         a, b = arm.random_pose(rng), arm.random_pose(rng)
         over_s, x = arm.duration_s(a, b), np.linspace(0, 1, 2001)
-        way = a + np.array([smooth(v) for v in x])[:, None] * (b - a)
+        way = a + np.array([minimum_jerk(v) for v in x])[:, None] * (b - a)
         fastest = np.max(np.abs(np.diff(way, axis=0))) / (over_s / 2000)
         assert fastest <= arm.joint_speed * (1 + 1e-4)
     only_joints = replace(arm, nose_speed_m_s=1e6)
@@ -141,10 +141,10 @@ def test_no_move_is_faster_than_the_arm_may_go(built):
 
 
 def test_smooth_begins_and_ends_at_rest():
-    assert (smooth(-1.0), smooth(0.0), smooth(0.5), smooth(1.0), smooth(2.0)) == (0.0, 0.0, 0.5, 1.0, 1.0)
-    assert smooth(1e-3) < 1.1e-8 and 1.0 - smooth(1 - 1e-3) < 1.1e-8  # 10 x^3
+    assert (minimum_jerk(-1.0), minimum_jerk(0.0), minimum_jerk(0.5), minimum_jerk(1.0), minimum_jerk(2.0)) == (0.0, 0.0, 0.5, 1.0, 1.0)
+    assert minimum_jerk(1e-3) < 1.1e-8 and 1.0 - minimum_jerk(1 - 1e-3) < 1.1e-8  # 10 x^3
     x = np.linspace(0, 1, 100)
-    assert np.all(np.diff([smooth(v) for v in x]) > 0)
+    assert np.all(np.diff([minimum_jerk(v) for v in x]) > 0)
 
 
 def test_reach_brings_the_nose_there_or_says_no(built):

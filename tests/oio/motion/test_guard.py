@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from oio.core.errors import BadInput, OioError
 from oio.gas.source import unlocked
-from oio.kinematics.arm import smooth
+from oio.kinematics.minimum_jerk import minimum_jerk
 from oio.motion.guard import HOST, NOSE, SPEED_TOLERANCE, Guard
 from oio.runtime.guarded_world import GuardedWorld
 
@@ -182,11 +182,11 @@ def test_what_is_allowed_goes_as_it_ever_did_to_the_bit(made, words):
     for k in range(1500):
         t_s = 1e-9 * (k * 20_000_000)
         if k % 100 == 0:
-            here, goal = start + smooth((t_s - began_s) / over_s) * turn, arm.random_pose(rng)
+            here, goal = start + minimum_jerk((t_s - began_s) / over_s) * turn, arm.random_pose(rng)
             if arm.free(here, goal):
                 start, turn, began_s, over_s, goals = here, goal - here, t_s, float(arm.duration_s(here, goal)) + 1.0, goals + 1
                 assert guard.move(goal, over_s, t_s) == over_s
-        np.testing.assert_array_equal(heard(guard, t_s), start + smooth((t_s - began_s) / over_s) * turn)
+        np.testing.assert_array_equal(heard(guard, t_s), start + minimum_jerk((t_s - began_s) / over_s) * turn)
     assert goals > 5
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
-from oio.kinematics.arm import smooth
+from oio.kinematics.minimum_jerk import minimum_jerk
 from oio.motion.path_planning import COARSE_CHECKS, MIN_SEGMENT_S, TOLERANCE_M, _straight, box_violation_m, duration_s, joints_at, plan
 
 SEEDS = st.integers(0, 10_000)
@@ -65,7 +65,7 @@ def test_straight_where_that_will_do_in_the_time_the_arm_plans_to_the_bit(built,
 def test_what_is_looked_at_in_places_is_so_in_between(built, size):
     """How far out the nose gets, and how fast it is, against two thousand places."""
     arm, rng = built("arm", "dof=5"), np.random.default_rng(4)
-    shares = np.array([smooth(x) for x in np.linspace(0.0, 1.0, 2001)])[:, None]
+    shares = np.array([minimum_jerk(x) for x in np.linspace(0.0, 1.0, 2001)])[:, None]
     for _ in range(60):
         a = arm.random_pose(rng)
         b = a + size * rng.uniform(-1.0, 1.0, arm.dof)
