@@ -1,4 +1,4 @@
-"""`python -m hardware.emulate nose=scd30 arm=feetech air=draft`: emulated devices at pseudo-terminals, until Ctrl-C. Exit code 2 for bad input."""
+"""`python -m hardware.emulate nose=scd30 arm=feetech air=draft`: emulated devices at ptys, until Ctrl-C. Exit code 2 for bad input."""
 
 import os
 import select
@@ -25,7 +25,7 @@ KEYS = CONF / "emulate.yaml"
 # Servos have absolute encoders. With the paper's drift a joint at its limit would be pressed against its stop, and the guard would stop it.
 DRIFTLESS = "arm.encoder_drift_deg_s2=0"
 ALWAYS_SET = ("sensor", "dof", "seed", "air", "source.position")  # keys that the printed command line sets in any case
-HEADER = """Devices that speak the real wire, with the simulated bench behind them.
+HEADER = """Emulated devices on the real wire protocols, with the simulated bench behind them.
 
   python -m hardware.emulate                                    an SCD30 and a Feetech arm
   python -m hardware.emulate nose=line sensor=mox_mq arm=none   one sensor at a microcontroller
@@ -102,7 +102,7 @@ def _time_out_overrides(cfg: Any, words: Sequence[str], speed: float) -> list[st
 def _position(source: str, bench: EmulatedBench) -> str:
     position_m = bench.plant.places[source]
     assert position_m is not None
-    return f"{source}.position=[{','.join(f'{x:.6f}' for x in place)}]"
+    return f"{source}.position=[{','.join(f'{x:.6f}' for x in position_m)}]"
 
 
 def _help() -> str:

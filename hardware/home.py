@@ -9,7 +9,7 @@ printed: compare it with a ruler, because a joint whose LOW and HIGH were swappe
   driver=feetech     or dynamixel
   port=              a path, or usb:VENDOR:PRODUCT[:SERIAL]
   arm=so101          whose MJCF has the limits
-  repeats=2          sweeps per joint; their spread gives the uncertainty
+  repeats=2          sweeps per joint; their spread enters the uncertainty
   out=homing.json    the file; then type arm.homing=homing.json
 """
 
@@ -101,8 +101,8 @@ def _run_procedure(console: Console, bus: Bus, wire: Wire, arm: Arm, repeats: in
     bus.configure(wire, ids)
     console.print(f"Hold the arm: when you press Enter its {len(ids)} servos let go.")
     console.print(
-        f"Then bring it to about its home, the nose {_position_text(arm.nose(arm.home))}: which way a joint's LOW and HIGH are is told from there. "
-        f"Other joints may be bent out of the way, but read the words with all of them back at home."
+        f"Then bring it to about its home, the nose {_position(arm.nose(arm.home))}: which way a joint's LOW and HIGH are is told from "
+        f"there. Other joints may be bent out of the way, but read the words with all of them back at home."
     )
     _until_enter(_entered, lambda: None)
     bus.torque(wire, ids, False)
@@ -120,13 +120,13 @@ def _compare_with_ruler(console: Console, bus: Bus, wire: Wire, ids: list[int], 
     _until_enter(_entered, lambda: None)
     nose = arm.nose(homing.angles(_read_counts(bus, wire, ids), bus.counts_per_turn))
     console.print(
-        f"  The nose should now be {_position_text(nose)}. Take a ruler: if that is right to {AGREES_M:.2f} m, press Enter. If not, a joint was "
+        f"  The nose should now be {_position(nose)}. Take a ruler: if that is right to {AGREES_M:.2f} m, press Enter. If not, a joint was "
         f"turned to HIGH where LOW was asked for: press Ctrl-C, nothing is written, and home again."
     )
     _until_enter(_entered, lambda: None)
 
 
-def _position_text(nose: Array) -> str:
+def _position(nose: Array) -> str:
     ahead, left, up = np.round(nose, 2) + 0.0  # avoids -0.00
     return f"{ahead:.2f} m in front of the base's origin, {left:.2f} m to its left, {up:.2f} m above"
 

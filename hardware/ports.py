@@ -45,13 +45,13 @@ def main(arguments: list[str]) -> None:
     for path, name in infos.items():
         with console.status(f"asking {path} ..."):
             answers = asked_all(path, name)
-        console.print(f"[bold]{escape(path)}[/bold] ({escape(name)}): {escape(answers[0][0]) if answers else 'identity nothing that is known'}")
+        console.print(f"[bold]{escape(path)}[/bold] ({escape(name)}): {escape(answers[0][0]) if answers else 'says nothing that is known'}")
         for _, line in answers:
             console.print(f"    {line}", markup=False)
 
 
 def asked_all(path: str, name: str) -> list[tuple[str, str]]:
-    """Return the devices that answer on a port, each with its configuration line. Stops at the first answer; a driver that waits for a boot is last."""
+    """Return the devices that answer on a port, each with its configuration line; stops at the first driver that is answered."""
     *quick, slow = noses()
     for driver in quick:
         if identity := _answer(path, driver.baud, driver):

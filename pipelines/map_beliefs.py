@@ -26,6 +26,7 @@ from oio.inference.uncertainty import Noise, type_b_of_repeats
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration, MapCalibration, Repeat
 from oio.runtime.context import Context, sniff
+from oio.search.measurement_pose import measurement_pose
 
 
 @settings
@@ -97,17 +98,15 @@ class MapBeliefs:
         return seconds(context.world.t_ns - context.need(BaselineResult).began_ns)
 
     def _pose(self, context: Context, distance_m: float) -> Array:
-        """A pose at that distance from the beacon, in a random direction; any pose where the arm cannot choose its distance."""
+        def has_path(goal: Array) -> bool:
+            try:
+                context.world.move_s(goal)
+            except BadInput:
+                return False
+            return True
+
         place, here = np.array(self.beacon.position), context.world.goal
-        for _ in range(200):
-            direction = context.rng.standard_normal(3)
-            goal = place + distance_m * direction / np.linalg.norm(direction)
-            pose = self.arm.reach(goal, here) if self.arm.dof >= 3 else self.arm.random_pose(context.rng)
-            if pose is None or not self.arm.free(here, pose):
-                continue
-            if self.arm.clearance_m(here, pose, place) >= min(self.beacon.approach_m, 0.9 * distance_m):
-                return pose
-        return here
+        return measurement_pose(self.arm, here, place, distance_m, self.beacon.approach_m, has_path, context.rng)
 
     def _delay(self, context: Context, sniffs: Sniffs) -> Delay:
         """How late readings are stamped: as told, or as the beacon's readings say."""

@@ -1,9 +1,9 @@
-"""The puffs of one source in a table of float32, and the loops over it that a simulated second is spent in.
+"""Puff table of one source in float32, and the compiled loops over it, where the simulator spends most of its time.
 
-Rows of the table (ROWS, capacity): place [m], own velocity [m/s], age [s], sharpness 1 / 2 sigma^2 [1/m^2],
-peak (2 pi sigma^2)^-1.5 [1/m^3], and the share [1/m^3] in the density last asked for.
-The loops have no branch and no call, so that processors do many puffs at once, and they add in sixteen lanes, so that every
-processor's sum is the same.
+Rows of the table (ROWS, capacity): position [m], own velocity [m/s], age [s], sharpness 1 / 2 sigma^2 [1/m^2],
+peak (2 pi sigma^2)^-1.5 [1/m^3], and the contribution [1/m^3] to the last density.
+The loops have no branch and no call, so that the compiler vectorises them, and they sum in sixteen lanes, so that the sum is the same on
+every processor.
 """
 
 import math
@@ -17,15 +17,15 @@ from oio.core.records import Array
 Table = NDArray[np.float32]
 ROWS, AGE, SHARP, PEAK, SHARE = 10, 6, 7, 8, 9
 LANES = 16
-_MEAN, _SD = np.float32(3 * 63.5), math.sqrt(3 * (128**2 - 1) / 12)  # of the sum of three random numbers of seven bits
-FAR = np.float32(12.5)  # five sigma: beyond, a puff adds less than 4e-6 of its peak
+_MEAN, _SD = np.float32(3 * 63.5), math.sqrt(3 * (128**2 - 1) / 12)  # mean and standard deviation of the sum of three 7-bit random numbers
+FAR = np.float32(12.5)  # five sigma: farther away a puff adds less than 4e-6 of its peak
 _SEVEN = np.uint64(127)
 _ONE, _32ND = np.float32(1.0), np.float32(1 / 32)
 _C2, _C3, _C4, _C5, _C6 = (np.float32(1.0 / math.factorial(n)) for n in range(2, 7))
 
 
 def table(capacity: int) -> Table:
-    """Room for so many puffs."""
+    """Create an empty table for `capacity` puffs."""
     return np.zeros((ROWS, capacity), dtype=np.float32)
 
 
@@ -33,10 +33,10 @@ def table(capacity: int) -> Table:
 def carry(
     puffs: Table, count: int, bits: NDArray[np.uint64], carried_m: Array, keep: float, kick_m_s: float, half_s: float, dt_s: float
 ) -> None:
-    """One step of everybody's Ornstein-Uhlenbeck velocity v' = keep v + kick n and of places, by half_s (v + v') + what carries all alike.
+    """One step of all puffs: Ornstein-Uhlenbeck velocity v' = keep v + kick n, and position by half_s (v + v') + the common displacement.
 
-    n is the sum of three numbers of seven bits, scaled: nine of them are in a word of `bits` (count,), three for each axis, since normal
-    numbers cost ten times as much. A velocity is made of many kicks: at a step of dt its excess kurtosis is -0.4 tanh(dt / eddy time).
+    n is the scaled sum of three 7-bit random numbers; nine of them are in a word of `bits` (count,), three for each axis, because normal
+    random numbers cost ten times as much. A velocity sums many kicks: at a step of dt its excess kurtosis is -0.4 tanh(dt / eddy time).
     """
     scale, kept, half, dt = np.float32(kick_m_s / _SD), np.float32(keep), np.float32(half_s), np.float32(dt_s)
     for a in range(3):
@@ -55,7 +55,7 @@ def carry(
 
 @compiled_like_numpy
 def forget(puffs: Table, count: int, oldest_s: float, farthest_m: float) -> int:
-    """How many are left, when the last takes the place of each that is too old or too far from the base."""
+    """Remove each puff that is too old or too far from the base, replacing it by the last; return the number left."""
     x, y, z, age = puffs[0], puffs[1], puffs[2], puffs[AGE]
     oldest, farthest2 = np.float32(oldest_s), np.float32(farthest_m * farthest_m)
     i = 0
@@ -71,7 +71,7 @@ def forget(puffs: Table, count: int, oldest_s: float, farthest_m: float) -> int:
 
 @compiled_like_numpy
 def grow(puffs: Table, count: int, fresh_m2: float, growth_m2_s: float) -> None:
-    """sigma^2 = fresh + growth * age into sharpness and peak."""
+    """Update sharpness and peak from sigma^2 = fresh + growth * age."""
     age, sharp, peak = puffs[AGE], puffs[SHARP], puffs[PEAK]
     fresh, growth, half = np.float32(fresh_m2), np.float32(growth_m2_s), np.float32(0.5)
     unit = np.float32((2.0 * np.pi) ** -1.5)
@@ -83,7 +83,7 @@ def grow(puffs: Table, count: int, fresh_m2: float, growth_m2_s: float) -> None:
 
 @compiled_like_numpy
 def density(puffs: Table, count: int, p_m: Array) -> float:
-    """Sum of peak exp(-sharpness d^2) at p_m (3,) [1/m^3]; exp(-e) is 1 / (Taylor series of exp(e / 32))^32, wrong by 1e-5 at most."""
+    """Sum of peak exp(-sharpness d^2) at p_m (3,) [1/m^3]; exp(-e) is 1 / (Taylor series of exp(e / 32))^32, with error 1e-5 at most."""
     px, py, pz = np.float32(p_m[0]), np.float32(p_m[1]), np.float32(p_m[2])
     x, y, z, sharp, peak, share = puffs[0], puffs[1], puffs[2], puffs[SHARP], puffs[PEAK], puffs[SHARE]
     for i in range(count):

@@ -1,4 +1,4 @@
-"""Steady advection-diffusion from a point: C = q / (4 pi K r) exp(-(U r - U.(p - s)) / 2K). Analytic, for tests."""
+"""Steady advection-diffusion from a point source: C = q / (4 pi K r) exp(-(U r - U.(p - s)) / 2K). Analytic, for tests."""
 
 import math
 from dataclasses import dataclass
@@ -11,35 +11,35 @@ from oio.core.settings import in_range, settings
 
 @settings
 class Steady:
-    """Air without turbulence."""
+    """Air without turbulence: analytic steady-state plume."""
 
     name: str
     diffusivity_m2_s: float  # K
     wind_m_s: tuple[float, float, float]  # U
 
     def check(self) -> None:
-        """Refuse a senseless diffusivity."""
+        """Refuse a diffusivity out of range."""
         in_range(self, diffusivity_m2_s=(1e-6, 10.0))
 
     def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> "LiveSteady":
-        """Nothing is random here."""
+        """Create the live air; it is deterministic."""
         return LiveSteady(self)
 
 
 @dataclass(slots=True)
 class LiveSteady:
-    """The field of one source."""
+    """Concentration field of one source."""
 
     air: Steady
     source_m: Array | None = None
     emission_ml_s: float = 0.0
 
     def present(self, source_m: Array | None, emission_ml_s: float) -> None:
-        """Replace the source; the field is there at once."""
+        """Replace the source; its steady-state field is present at once."""
         self.source_m, self.emission_ml_s = source_m, emission_ml_s
 
     def step(self, dt_s: float) -> None:
-        """Nothing moves."""
+        """Do nothing: the field is steady."""
 
     def ppm(self, p_m: Array) -> float:
         """Concentration above background at (3,) m; finite at the source itself (radius 1 mm)."""

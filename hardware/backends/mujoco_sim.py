@@ -1,5 +1,5 @@
-"""A simulated bench: each control tick (20 ms, five physics steps of 4 ms) the plant gets the set-point of the minimum-jerk move, and
-what is due is sampled.
+"""World of a simulated bench: each control tick (20 ms, five physics steps of 4 ms) the plant gets the set-point of the minimum-jerk move,
+and due samples are taken.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ LOAD_EVERY = 5  # control ticks: 0.1 s
 
 @settings
 class MujocoSim:
-    """Everything the simulated bench is made of; frozen, `open()` makes it live."""
+    """Configuration of the simulated bench; frozen, `open()` makes it live."""
 
     arm: Arm
     sensor: SimulatedSensor
@@ -34,22 +34,22 @@ class MujocoSim:
     safety: SafetyLimits
     background_ppm: float
     emission_ml_s: float
-    joint_period_s: float  # joints are logged this often
-    air_every: int  # the air moves once in so many control ticks
-    truth_every: int  # the truth is logged once in so many control ticks
+    joint_period_s: float  # period of the logged joint states
+    air_every: int  # control ticks per step of the air
+    truth_every: int  # control ticks per logged truth
     encoder_counts: int
-    gas_delay_s: float  # a reading is stamped and sent so long after it was taken, rounded up to a control tick
+    gas_delay_s: float  # delay of a reading until it is stamped and sent, rounded up to a control tick
     seeds: Seeds
 
     def check(self) -> None:
-        """Refuse periods that the physics cannot honour."""
+        """Refuse periods and amounts out of range."""
         in_range(self, joint_period_s=(0.002, 1.0), air_every=(1, 100), truth_every=(1, 1000), encoder_counts=(16, 1 << 24))
         in_range(self, gas_delay_s=(0, 10))
         in_range(self, emission_ml_s=(0, 1e4), background_ppm=(0, 1e6))
 
     @contextlib.contextmanager
     def open(self) -> Iterator["SimulatedWorld"]:
-        """A plant, and what samples it in simulated time; the arm is held when it is closed, however that came."""
+        """Create the plant and its world in simulated time; the arm is held at the end of the context, also after an exception."""
         with self.plant() as plant:
             bench = SimulatedWorld(self, plant)
             try:
@@ -59,9 +59,9 @@ class MujocoSim:
 
     @contextlib.contextmanager
     def plant(self) -> Iterator[Plant]:
-        """Load the physics, place the sources, switch the sensor on."""
+        """Load the physics, place the sources and switch the sensor on."""
         warned, before = list[str](), mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; raising in there would end the process
+        mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; an exception in the callback would abort
         try:
             yield Plant(self.plant_spec, warned)
         finally:
@@ -69,7 +69,7 @@ class MujocoSim:
 
     @property
     def plant_spec(self) -> PlantSpec:
-        """What the physical part of the bench is made of."""
+        """Specification of the plant."""
         return PlantSpec(
             arm=self.arm, sensor=self.sensor, air=self.air, beacon=self.beacon, source=self.source, seeds=self.seeds,
             background_ppm=self.background_ppm, emission_ml_s=self.emission_ml_s, period_s=self.joint_period_s, air_every=self.air_every,
@@ -78,19 +78,19 @@ class MujocoSim:
 
 
 class SimulatedWorld:
-    """The live simulation: a plant in simulated time, which passes while samples are asked for."""
+    """Live simulation: a plant in simulated time, which advances while samples are taken."""
 
     def __init__(self, sim: MujocoSim, plant: Plant) -> None:
         self._sim, self._plant = sim, plant
         self._joints = _Joints(sim.joint_period_s, sim.arm.dof)
         self._sample_ns = self._gas_due_ns = nanoseconds(sim.sensor.sample_s)
-        self._element, self._wire = 0, deque[GasSample]()  # taken, not sent yet
+        self._element, self._delay_line = 0, deque[GasSample]()  # sampled, not sent yet
         self.guard = Guard(sim.arm, sim.safety, sim.joint_period_s)
         self.guard.begin(sim.arm.home)
 
     @property
     def mjcf(self) -> str:
-        """The arm as simulated, for the log."""
+        """MJCF of the simulated arm, for the log."""
         return self._plant.mjcf
 
     @property
@@ -99,35 +99,35 @@ class SimulatedWorld:
         return self._plant.t_ns
 
     def move(self, q_rad: Array, over_s: float) -> float:
-        """Begin a minimum-jerk move from where the set-point is now; raises what the guard refuses."""
+        """Start a minimum-jerk move from the present set-point; return its duration [s]. Raises what the guard refuses."""
         return self.guard.move(q_rad, over_s, seconds(self.t_ns))
 
     def present(self, source: str) -> None:
-        """Swap the source; the air of the old one is gone, the new plume stands."""
+        """Replace the source; the old gas is removed, the new plume is developed."""
         self._plant.present(source)
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
-        """Run for `for_s`, rounded to whole control ticks."""
+        """Run for `for_s`, rounded to whole control ticks, and yield the samples."""
         plant, until_ns = self._plant, self.t_ns + nanoseconds(for_s)
         while plant.t_ns + plant.tick_ns <= until_ns:
             plant.tick(self._set_point(seconds(plant.t_ns)))
             if plant.ticks % LOAD_EVERY == 0:
-                self._feel(seconds(plant.t_ns))
+                self._report_load(seconds(plant.t_ns))
             yield self._joints.state(plant.t_ns, plant.encoders())
             due = plant.t_ns >= self._gas_due_ns
             if due or plant.ticks % self._sim.truth_every == 0:
                 yield plant.truth()
             if due:
-                self._wire.append(self._sniff())
-            while self._wire and self._wire[0].t_ns + nanoseconds(self._sim.gas_delay_s) <= self.t_ns:
-                yield replace(self._wire.popleft(), t_ns=self.t_ns)
+                self._delay_line.append(self._sniff())
+            while self._delay_line and self._delay_line[0].t_ns + nanoseconds(self._sim.gas_delay_s) <= self.t_ns:
+                yield replace(self._delay_line.popleft(), t_ns=self.t_ns)
 
     def _set_point(self, t_s: float) -> Array:
-        self.guard.alive(t_s, HOST)  # time passes only while it asks
+        self.guard.alive(t_s, HOST)  # time passes only while the host takes samples
         return self.guard.set_point(t_s)
 
-    def _feel(self, t_s: float) -> None:
-        """At a stop nothing: the paper's encoders drift by degrees, and so push joints against their stops, as real ones do not."""
+    def _report_load(self, t_s: float) -> None:
+        """Report the load to the guard, except at a joint stop, onto which the drift of the paper's encoders (degrees) presses a joint."""
         self.guard.feel(t_s, np.where(self._plant.at_stop(), np.nan, self._plant.load()))
 
     def _sniff(self) -> GasSample:
@@ -139,13 +139,13 @@ class SimulatedWorld:
 
 
 class _Joints:
-    """Velocity and acceleration are differences of counts, as a bus gives them."""
+    """Joint states with velocity and acceleration by finite differences of counts, as from a bus."""
 
     def __init__(self, period_s: float, n: int) -> None:
         self._period, self._q, self._dq = period_s, np.empty(0), np.zeros(n)
 
     def state(self, t_ns: int, q: Array) -> JointState:
-        """Angles (n,) rad with their differences since the tick before."""
+        """Return angles (n,) rad with their differences since the last tick."""
         if not len(self._q):
             dq = ddq = self._dq
         else:

@@ -1,4 +1,4 @@
-"""A real bench: a nose and an arm over serial ports. The emulators of `python -m hardware.emulate` are one too."""
+"""World of a real bench: a nose and an arm over serial ports, or the emulators of `python -m hardware.emulate`."""
 
 import contextlib
 import os
@@ -30,29 +30,29 @@ HANDS_OFF_S = 3.0  # and gets so long to let go
 
 @settings
 class SerialPort:
-    """Everything a bench is made of; frozen, `open()` makes it live."""
+    """Configuration of a bench; frozen, `open()` makes it live."""
 
     kinematics: Arm
     sensor: Sensor
     beacon: Source
-    source: Source  # its position, if it was measured, goes to the log for scoring
+    source: Source  # its position, if measured, is logged for scoring
     safety: SafetyLimits
     patience: Patience
     nose: NosePort
     arm: ArmPort
     valve: ValvePort
-    speed: float  # seconds of the world per second of the host: 1, but for emulators
-    queue: int  # samples that may wait for the pipeline
-    hold_s: float  # joints wait so long for gas that was sensed before them
+    speed: float  # world seconds per host second: 1, except for emulators
+    queue: int  # largest number of samples waiting for the pipeline
+    hold_s: float  # delay of joint states, waiting for older gas samples
 
     def check(self) -> None:
-        """Refuse senseless speeds and queues."""
+        """Refuse speeds and queues out of range."""
         in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), hold_s=(0.0, 1.0))
 
     @contextlib.contextmanager
     def open(self) -> Iterator[LiveWorld]:
-        """Find the ports, set the devices up, bring the arm home. Raises BadInput or OioError saying which device does not answer."""
-        self._refuse_toys()
+        """Find the ports, configure the devices and move the arm home. Raises BadInput or OioError naming a device that does not answer."""
+        self._refuse_emulator_settings()
         clock, mailbox = Clock(self.speed), Mailbox(self.queue)
         nose = Device(self.nose.port, self.nose.live(self.sensor, clock, mailbox), mailbox, clock, self.patience)
         servos = self._servos(mailbox, clock)
@@ -62,7 +62,7 @@ class SerialPort:
         with self.valve.open(self.patience) as valve:
             try:
                 for device in devices:
-                    _started(device)
+                    _start(device)
                 mover = servos or FixedMount(self.kinematics, self.arm.period_s)
                 places_m = {"beacon": self.beacon.position, "source": self.source.position}
                 bench = LiveWorld(LiveDevices(nose, arm, mover, valve), clock, mailbox, self.kinematics, places_m, self.hold_s)
@@ -71,16 +71,16 @@ class SerialPort:
                 bench.go_home(HOMING_S)
                 yield bench
             finally:
-                for device in reversed(devices):  # the arm first, the valve last
-                    device.leave()
+                for device in reversed(devices):  # first the arm, last the valve
+                    device.stop()
 
     def _servos(self, mailbox: Mailbox, clock: Clock) -> ServoArm | None:
         if self.arm.driver == NONE:
             return None
         return ServoArm(self.arm, self.kinematics, self.safety, mailbox, clock)
 
-    def _refuse_toys(self) -> None:
-        """What emulators take, but real parts do not: another speed, a sampling faster than theirs, an arm whose zeros nobody knows."""
+    def _refuse_emulator_settings(self) -> None:
+        """Refuse, for real parts, what only emulators accept: another speed, faster sampling, an arm without homing."""
         nose, arm = (port if port is not None and not os.path.realpath(port).startswith("/dev/pts/") else None for port in self._ports)
         if self.speed != 1.0 and (nose or arm):
             raise BadInput(f"backend.speed={self.speed:g} was given, but {nose or arm} is real, and so is its time. Type backend.speed=1.")
@@ -91,7 +91,7 @@ class SerialPort:
             )
         if arm and self.kinematics.homed is None:
             raise BadInput(
-                f"backend.arm.port={arm} was given without arm.homing, but nobody knows which count of its servos is which angle. Type "
+                f"backend.arm.port={arm} was given without arm.homing, but the zeros of its servos are not known without it. Type "
                 f"python -m hardware.home port={arm} out=homing.json first, then arm.homing=homing.json."
             )
 
@@ -106,7 +106,7 @@ def _hands_off(bench: LiveWorld) -> None:
         interrupt.check()
 
 
-def _started(device: Device) -> None:
+def _start(device: Device) -> None:
     device.start()
     while not device.ready.wait(0.1):
         interrupt.check()

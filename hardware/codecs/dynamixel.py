@@ -1,4 +1,4 @@
-"""Codec of Dynamixel protocol 2.0 (factory default 57 600 baud, 8N1, half duplex), little-endian: `FF FF FD 00 id length instruction .. CRC`.
+"""Codec of Dynamixel protocol 2.0 (57 600 baud by default, 8N1, half duplex), little-endian: `FF FF FD 00 id length instruction .. CRC`.
 
 The length (2 bytes) counts instruction, parameters and CRC; in a reply the instruction is 55 and an error byte precedes the parameters.
 FF FF FD within a packet is stuffed to FF FF FD FD. Format: ROBOTIS e-Manual, Protocol 2.0; registers: X series control table, by way of

@@ -33,8 +33,8 @@ class Framer(Generic[F]):
 class Sized(Framer[F]):
     """Decoder of frames whose head gives their length.
 
-    Searches head by head, from the left: a frame that fails its checksum gives up its first byte only, so a false head never swallows a frame
-    behind it. It can delay that frame, until the false head's length has come or `quiet` is called.
+    Searches head by head, from the left: a frame that fails its checksum gives up its first byte only, so a false head never swallows a
+    frame behind it. It can delay that frame, until the false head's length has come or `quiet` is called.
     """
 
     head: re.Pattern[bytes]  # matches `width` bytes and no other number
@@ -100,7 +100,7 @@ class Marked(Framer[F]):
         *ended, rest = (self._held + data).split(self.mark)
         frames = [frame for each in ended if (raw := self._frame_start(each)) and (frame := self._counted_frame(raw)) is not None]
         start = self._frame_start(rest)
-        self._held = start[: self.longest + 1]  # one byte beyond the limit is kept, so that the end of an overlong frame is not taken for a frame
+        self._held = start[: self.longest + 1]  # one byte over the limit marks an overlong frame, whose end must not be taken for one
         self.skipped += len(start) - len(self._held)
         return frames
 

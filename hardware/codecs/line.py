@@ -60,8 +60,8 @@ class Lines(Marked[tuple[str, ...]]):
 class Commands(Marked[str]):
     """Device side: decoder of every line that is not empty, so that the device can refuse unknown commands.
 
-    Characters that a sentence could not repeat are replaced by ?, and so is the end of an overlong command, lest a device execute the rest; no
-    command has a question mark. Both count as corrupt. One \\r at the end is dropped.
+    Characters that a sentence could not repeat are replaced by ?, and so is the end of an overlong command, lest a device execute the rest;
+    no command has a question mark. Both count as corrupt. One \\r at the end is dropped.
     """
 
     mark = b"\n"

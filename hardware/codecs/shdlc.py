@@ -43,7 +43,7 @@ def _enclosed(content: bytes) -> bytes:
 
 
 def _content(raw: bytes, head: int) -> bytes | None:
-    """Unescape a frame's content, without the checksum; None unless length, checksum and escapes are right. `head`: bytes before the data."""
+    """Unescape a frame's content and drop the checksum; None if length, checksum or escapes are wrong. `head`: bytes before the data."""
     content = _ESCAPED.sub(lambda found: bytes((found[1][0] ^ TURN,)), raw)[:-1]
     whole = len(content) >= head and len(content) == head + content[head - 1]
     return content if whole and _enclosed(content)[1:-1] == raw else None

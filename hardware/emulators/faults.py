@@ -10,24 +10,24 @@ import numpy as np
 from oio.core.errors import BadInput
 
 WIRE = {
-    "noise": "random bytes, alone and within what it says and hears",
-    "cut": "what it says and hears is cut short",
-    "checksum": "one bit of what it says and hears is turned",
-    "busy": "it hears nothing and says nothing",
-    "unplug": "its port goes away, and comes back under the same name; a nose has lost its settings then, a valve is closed",
+    "noise": "random bytes, alone and within messages, in both directions",
+    "cut": "messages are truncated, in both directions",
+    "checksum": "one bit of each message is flipped, in both directions",
+    "busy": "it neither receives nor sends",
+    "unplug": "its port disappears and returns under the same name; a nose has then lost its settings, a valve is closed",
 }
 NOSE = {
     "stuck": "the value repeats",
     "saturated": "the value is at its rail",
-    "nack": "it refuses whatever it is asked",
+    "nack": "it refuses every request",
 }
 CLOCK = {"clock": "its milliseconds jump ahead by 10 s, and back at the end"}
 ARM = {
     "stuck": "positions repeat",
-    "saturated": "loads are at their most",
-    "nack": "it refuses whatever it is asked",
-    "brownout": "its supply fails: it is silent meanwhile, and limp from then on",
-    "hot": "the second servo heats up past its limit, and lets go",
+    "saturated": "loads are at full scale",
+    "nack": "it refuses every request",
+    "brownout": "its supply fails: it is silent meanwhile, and its torque is off from then on",
+    "hot": "the second servo overheats and disables its torque",
 }
 EXAMPLE = "faults=nose.unplug@20:3+arm.noise@31"
 

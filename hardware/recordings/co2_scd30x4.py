@@ -1,4 +1,4 @@
-"""Loader of four SCD30 (NDIR) units in one room (github.com/AminDar/CO2-Sensors): polled every 1 s, later 9 s; each updates every 2.06 s."""
+"""Loader: four SCD30 (NDIR) units in one room (github.com/AminDar/CO2-Sensors): polled every 1 s, later 9 s; each updates every 2.06 s."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime

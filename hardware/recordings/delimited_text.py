@@ -42,7 +42,7 @@ class Table:
 
 
 def read_table(data: bytes, form: TextFormat, where: str) -> Table:
-    """Parse `data` into its usable rows; a row is used whole or not at all. Raises BadInput if columns are missing or less than two rows are left.
+    """Parse `data` into its usable rows; a row is used whole or not at all. Raises BadInput for missing columns or too few usable rows.
 
     Lines may end in CR, LF or both, and text may stand above the header.
     """
@@ -60,7 +60,7 @@ def read_table(data: bytes, form: TextFormat, where: str) -> Table:
     return Table(float(t_s[0]), t_s - t_s[0], rows[increasing, 1:], dict(dropped))
 
 
-def _header(lines: Sequence[str], form: TextFormat, where: str) -> tuple[int, int, list[int]]:  # index of the line after it, its width, indices of the used cells
+def _header(lines: Sequence[str], form: TextFormat, where: str) -> tuple[int, int, list[int]]:  # next line, width, used cells
     for i, line in enumerate(lines):
         cells = _cells(line, form)
         if form.time not in cells:

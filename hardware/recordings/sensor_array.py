@@ -92,7 +92,8 @@ class ArrayPlacement:
         self._sensor = int(self._reachable_sensors[np.argmin(miss_m)])
 
 
-def _reachable(place_m: Array, arm: Arm) -> NDArray[np.intp]:  # indices of the sensors whose coordinates, taken as joint positions, bring the nose there
+def _reachable(place_m: Array, arm: Arm) -> NDArray[np.intp]:
+    """Indices of the sensors whose coordinates, taken as joint positions, bring the nose to them."""
     if arm.dof > 3:
         return np.array([], dtype=np.intp)
     miss_m = np.linalg.norm(arm.nose(place_m[:, : arm.dof]) - place_m, axis=1)

@@ -30,7 +30,7 @@ class Dynamics:
 
 @settings
 class Nose(ABC):
-    """Base class of gas sensors; a subclass is a `@settings` class that gives the law: `raw`, `ppm_from_raw`, `sigma_ppm`, `electronics`."""
+    """Base class of gas sensors; a subclass is a `@settings` class with the law: `raw`, `ppm_from_raw`, `sigma_ppm`, `electronics`."""
 
     name: str
     gas: str  # target gas

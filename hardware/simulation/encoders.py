@@ -1,4 +1,4 @@
-"""Encoders of the simulated arm: whole counts, with a drift and a homing offset that nobody is told."""
+"""Encoders of the simulated arm: quantisation, drift and homing offset, unknown to the filter."""
 
 import math
 
@@ -10,23 +10,23 @@ from oio.kinematics.arm import Arm
 
 
 class Encoders:
-    """Counts with a drift 1/2 a t^2 and a homing offset."""
+    """Encoders with quantisation, drift 1/2 a t^2 and homing offset."""
 
     def __init__(self, accel: Array, homing: Array, step_rad: float) -> None:
         self._half_accel, self._homing, self._step = 0.5 * accel, homing, step_rad
-        self.offset = homing  # what the encoders add to the joint angles now (n,) rad
+        self.offset = homing  # present offset of the encoders from the joint angles (n,) rad
 
     @classmethod
     def drawn(cls, arm: Arm, seeds: Seeds, counts_per_turn: int) -> "Encoders":
-        """Those of one arm, with drift and homing offset drawn from the stream of the truth."""
+        """Create the encoders of an arm, with drift and homing offset drawn from the truth stream."""
         accel = math.radians(arm.encoder_drift_deg_s2) * seeds.rng("truth", "drift").uniform(-1, 1, arm.dof)
         homing = math.radians(arm.homing_offset_deg) * seeds.rng("truth", "homing").standard_normal(arm.dof)
         return cls(accel, homing, 2 * math.pi / counts_per_turn)
 
     def drift(self, t_s: float) -> None:
-        """As far as they have drifted by t_s."""
+        """Update the offset to time t_s."""
         self.offset = self._homing + self._half_accel * (t_s * t_s)
 
     def read(self, q_true: Array) -> Array:
-        """Quantised angles (n,) rad."""
+        """Return the quantised angles (n,) rad of true angles (n,) rad."""
         return np.asarray(np.rint((q_true + self.offset) / self._step) * self._step)

@@ -1,4 +1,4 @@
-"""The arm as MuJoCo simulates it: its model file with a nose site, a backlash joint per unlocked hinge, and a position servo per joint."""
+"""MuJoCo model of the arm: its model file plus a nose site, a backlash joint per unlocked hinge, and a position servo per joint."""
 
 import math
 from typing import Any
@@ -9,16 +9,16 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.kinematics.arm import Arm
 
-NOSE = "nose"  # the site that is added where the model has none
-SERVO_RAD_S, SERVO_DAMPING = 40.0, 1.0  # natural frequency and damping ratio of servos that are added, and the error [rad, m] that
+NOSE = "nose"  # name of the site added to a model without one
+SERVO_RAD_S, SERVO_DAMPING = 40.0, 1.0  # natural frequency and damping ratio of added servos, and the error [rad, m] that
 SERVO_ERROR = 0.005  # the joint's dry friction may leave: assumptions
 
 
 def compiled(arm: Arm) -> tuple[mujoco.MjModel, str]:
-    """The compiled model, and its XML for the log. Raises BadInput with what MuJoCo says of a file that it cannot simulate."""
+    """Compile the model; return it and its XML for the log. Raises BadInput with MuJoCo's message for a file that cannot be simulated."""
     try:
         spec = mujoco.MjSpec.from_file(str(arm.path))
-        spec.compiler.fusestatic = False  # or the body of a URDF that carries the nose may be gone
+        spec.compiler.fusestatic = False  # else the URDF body that carries the nose may be merged into its parent
         if arm.nose_body is not None:
             spec.body(arm.nose_body).add_site(name=NOSE, pos=list(arm.nose_offset_m))
         _add_servos(spec, arm)
@@ -30,12 +30,12 @@ def compiled(arm: Arm) -> tuple[mujoco.MjModel, str]:
 
 
 def nose_site(arm: Arm) -> str:
-    """The name of the site where the nose is in the compiled model."""
+    """Return the name of the nose site in the compiled model."""
     return arm.nose_site if arm.nose_body is None else NOSE
 
 
 def servo_of(model: mujoco.MjModel, joint: str) -> int:
-    """The actuator of a joint in the compiled model."""
+    """Return the actuator index of a joint in the compiled model."""
     at_joint = model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT
     return int(np.flatnonzero(at_joint & (model.actuator_trnid[:, 0] == model.joint(joint).id))[0])
 
@@ -52,7 +52,7 @@ def _add_backlash(spec: Any, arm: Arm) -> None:
 
 
 def _add_servos(spec: Any, arm: Arm) -> None:
-    """A position servo at every joint that has none: URDF files have no actuators. Gravity is then compensated, as such arms do it."""
+    """Add a position servo to every joint without one: URDF files have no actuators. Gravity is then compensated, as such arms do it."""
     missing = [name for name in arm.all_names if not _has_servo(spec, name)]
     if not missing:
         return
@@ -69,7 +69,7 @@ def _add_servos(spec: Any, arm: Arm) -> None:
     for body in spec.bodies[1:]:
         body.gravcomp = 1.0
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT  # there is nothing to touch but the arm itself
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT  # the arm itself is the only thing to touch
 
 
 def _has_servo(spec: Any, joint: str) -> bool:
@@ -79,7 +79,7 @@ def _has_servo(spec: Any, joint: str) -> bool:
 
 
 def _inertia(model: mujoco.MjModel, arm: Arm) -> dict[str, float]:
-    """Inertia [kg m^2, or kg] that each joint turns with the arm at home."""
+    """Inertia of each joint [kg m^2, or kg] with the arm at home."""
     data = mujoco.MjData(model)
     for name, q in zip(arm.all_names, arm.home_rad, strict=True):
         data.joint(name).qpos = q

@@ -1,7 +1,7 @@
-"""The simulated physical bench: MuJoCo moves the arm, the air carries the gas, a specimen of the sensor smells it.
+"""Simulated plant: MuJoCo moves the arm, the air model carries the gas, a sensor specimen measures it.
 
-It has no wire and no clock of its own: whoever ticks it says how fast time goes. `backend=mujoco` samples it; the emulators put it behind
-the wire of real devices. Each tick: servos get the set-point, seen through their drifting encoders; the arm moves; the air moves; the
+It has no wire and no clock of its own: the caller of `tick` sets the pace. `backend=mujoco` samples it; the emulators put it behind the
+wire protocols of real devices. Each tick: servos get the set-point, through their drifting encoders; the arm moves; the air moves; the
 sensor is exposed.
 """
 
@@ -20,12 +20,12 @@ from oio.core.seeds import Seeds
 from oio.gas.source import Source
 from oio.kinematics.arm import Arm
 
-END_STOP_RAD = math.radians(0.5)  # so near an end of its range a joint is at its stop
+END_STOP_RAD = math.radians(0.5)  # a joint this close to an end of its range is at its stop
 
 
 @dataclass(frozen=True)
 class PlantSpec:
-    """What a plant is made of; frozen."""
+    """Specification of a plant; frozen."""
 
     arm: Arm
     sensor: SimulatedSensor
@@ -35,15 +35,15 @@ class PlantSpec:
     seeds: Seeds
     background_ppm: float
     emission_ml_s: float
-    period_s: float  # of the control tick
-    air_every: int  # the air moves once in so many ticks
+    period_s: float  # control period
+    air_every: int  # ticks per step of the air
     encoder_counts: int  # per turn
 
 
 class Plant:
-    """Live. Time is counted in ticks of `spec.period_s`, so it never drifts. `warned` is where MuJoCo's warnings come in."""
+    """Live plant. Time is counted in ticks of `spec.period_s`, so it never drifts. `warned` collects MuJoCo's warnings."""
 
-    _SAG_S = 1.0  # to sag into the servos and the free play
+    _SETTLE_S = 1.0  # time to settle into the servos' sag and the backlash
 
     def __init__(self, spec: PlantSpec, warned: list[str]) -> None:
         self._spec, self._warned, self._ticks = spec, warned, 0
@@ -64,7 +64,7 @@ class Plant:
             "beacon": spec.beacon.strength_drawn(truth.rng("truth", "beacon strength")),
             "source": spec.source.strength_drawn(truth.rng("truth", "source strength")),
         }
-        self._open, self._ppm = "none", spec.background_ppm
+        self._open_source, self._ppm = "none", spec.background_ppm
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._hinges = np.array([self._model.joint(name).id for name in arm.names])
         self._servos = np.array([servo_of(self._model, name) for name in arm.names])
@@ -74,23 +74,23 @@ class Plant:
             self._data.ctrl,
         )  # views of the live data
         self._torque = np.zeros(arm.dof)
-        self._stand_still()
+        self._settle_at_home()
 
-    def _stand_still(self) -> None:
+    def _settle_at_home(self) -> None:
         for name, home in zip(self._spec.arm.all_names, self._spec.arm.home_rad, strict=True):
             self._data.joint(name).qpos = home
             self._data.ctrl[servo_of(self._model, name)] = home
-        self._step(round(self._SAG_S / self._model.opt.timestep))
+        self._step(round(self._SETTLE_S / self._model.opt.timestep))
         self._data.time = 0.0
 
     def _step(self, count: int) -> None:
-        """The servos' torque is the mean of the steps: after one of the set-point it goes from one end of their range to the other."""
+        """Step the physics. The torque is the mean over the steps: it oscillates over its whole range after a new set-point."""
         self._torque = np.zeros(len(self._servos))
         for _ in range(count):
             mujoco.mj_step(self._model, self._data)
             self._torque += self._data.actuator_force[self._servos]
         self._torque /= count
-        if self._warned:  # MuJoCo itself would go on, after bad numbers from the pose of the MJCF
+        if self._warned:  # MuJoCo itself would continue, after bad numbers from the pose of the MJCF
             raise OioError(
                 f"the physics of {self._spec.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
                 f"Check masses, gains and timestep of the MJCF; a smaller timestep or arm.joint_speed may do."
@@ -98,62 +98,62 @@ class Plant:
 
     @property
     def t_ns(self) -> int:
-        """Nanoseconds since the plant was made."""
+        """Nanoseconds since the plant was created."""
         return self._ticks * self.tick_ns
 
     @property
     def ticks(self) -> int:
-        """How many control periods have passed."""
+        """Number of control periods so far."""
         return self._ticks
 
     def present(self, source: str) -> None:
-        """Swap the source; the air of the old one is gone, the new plume stands."""
+        """Replace the source; the old gas is removed, the new plume is developed."""
         if source not in self.places:
             raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(self.places)}.")
-        self._open = source
+        self._open_source = source
         self._air.present(self.places[source], self.strengths[source] * self._spec.emission_ml_s)
 
     def tick(self, set_point: Array) -> None:
-        """Advance one control period with the servos told to hold set_point (n,) rad, as their encoders see it."""
+        """Advance one control period with the servos' set-point (n,) rad, in encoder angles."""
         self._ctrl[self._servos] = set_point - self._encoders.offset
         self._step(self._substeps)
         self._ticks += 1
         self._encoders.drift(seconds(self.t_ns))
-        self._breathe()
+        self._expose_sensor()
 
-    def _breathe(self) -> None:
+    def _expose_sensor(self) -> None:
         spec = self._spec
         if self._ticks % spec.air_every == 0:
             self._air.step(spec.air_every * spec.period_s)
         before, self._ppm = self._ppm, spec.background_ppm + self._air.ppm(self._nose_m)
-        self._specimen.step(0.5 * (before + self._ppm), spec.period_s)  # else the gas would be half a tick ahead of the nose
+        self._specimen.step(0.5 * (before + self._ppm), spec.period_s)  # mean over the tick: else the gas leads the nose by half a tick
 
     def encoders(self) -> Array:
-        """What the encoders say: q (n,) rad, in whole counts."""
+        """Encoder readings q (n,) rad, in whole counts."""
         return self._encoders.read(self._angles[self._joints])
 
-    def turned(self) -> Array:
-        """What the encoders would say if they counted finely (n,) rad: for whoever has a clock that is finer than a tick."""
+    def fine_angles(self) -> Array:
+        """Encoder angles without quantisation (n,) rad, for interpolation between ticks."""
         return np.asarray(self._angles[self._joints] + self._encoders.offset)
 
     def load(self) -> Array:
-        """Torque of the servos, the mean of the last tick, over what they can do (n,), -1 to 1; zero where the MJCF sets no limit."""
+        """Torque of the servos, mean of the last tick, over their limit (n,), -1 to 1; zero where the MJCF sets no limit."""
         limit = np.max(np.abs(self._model.actuator_forcerange[self._servos]), axis=1)
         return np.asarray(self._torque / np.where(limit > 0, limit, np.inf))
 
     def at_stop(self) -> Array:
-        """Which joints (n,) stand at an end of their range."""
+        """Which joints (n,) are at an end of their range."""
         low, high = self._model.jnt_range[self._hinges].T
         q = self._angles[self._joints]
         return np.asarray(self._model.jnt_limited[self._hinges].astype(bool) & ((q < low + END_STOP_RAD) | (q > high - END_STOP_RAD)))
 
     def raw(self, element: int) -> float:
-        """What the sensor's electronics put on the wire now."""
+        """Raw value of the sensor's electronics at present."""
         return self._specimen.sample(element, seconds(self.t_ns))
 
     def truth(self) -> Truth:
-        """What is so now."""
-        place = self.places[self._open]
+        """True state at present."""
+        place = self.places[self._open_source]
         source = np.full(3, np.nan) if place is None else place
         return Truth(self.t_ns, self._angles[self._joints], self._nose_m, source, self._ppm)
 

@@ -28,8 +28,8 @@ def resolve_port(port: str, key: str, baud: int, identify: Identify) -> str:
 def plugged_in() -> str:
     """List the serial ports of the system, as a sentence for error messages."""
     names = [f"{info.device} ({port_name(info)})" for info in list_ports.comports()]
-    there = f"Plugged in: {', '.join(names)}." if names else "Nothing is plugged in that the system lists."
-    return f"{there} `python -m hardware.ports` asks each who it is."
+    listing = f"Plugged in: {', '.join(names)}." if names else "Nothing is plugged in that the system lists."
+    return f"{listing} `python -m hardware.ports` asks each who it is."
 
 
 def port_name(info: object) -> str:

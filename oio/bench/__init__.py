@@ -1,6 +1,6 @@
-"""Benchmarks: `python -m oio.bench accuracy | drift | filters`. Whole runs over many seeds, in parallel, with tables and figures.
+"""Benchmarks (Monte Carlo): `python -m oio.bench accuracy | drift | filters`. Whole runs over many seeds, in parallel.
 
 May import: everything in `oio`. May not import: a stage or a device; Hydra builds those from the configuration.
 """
 
-import oio.cli.startup  # noqa: F401  - workers import it too, so that a trial here equals a run there to the bit
+import oio.cli.startup  # noqa: F401  - for worker processes too, so that a trial equals a run to the bit

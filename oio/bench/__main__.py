@@ -1,4 +1,4 @@
-"""`python -m oio.bench COMMAND KEY=VALUE ...`: known errors end in one paragraph, exit code 2 for bad input, else 1."""
+"""`python -m oio.bench COMMAND KEY=VALUE ...`: known errors print one paragraph; exit code 2 for bad input, else 1."""
 
 import signal
 import sys

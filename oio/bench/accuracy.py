@@ -1,4 +1,4 @@
-"""`python -m oio.bench accuracy`: how far from the source the search ends, and how honest it is about that, over many seeds."""
+"""`python -m oio.bench accuracy`: Monte Carlo of source error and consistency (coverage, NEES) over many seeds."""
 
 import itertools
 from collections import Counter
@@ -21,13 +21,13 @@ from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF
 
 GROUPS = ("sensor", "air", "search", "ekf")
-PER_JOB = 4  # trials that a worker gets at a time: most of one case, so that it seldom composes another
+PER_JOB = 4  # batch size of a worker: mostly trials of one case, so that it seldom composes another
 TABLE, TRIALS, FIGURE = "accuracy.csv", "trials.csv", "accuracy.png"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Which trials, and from where on a declared source is a false one."""
+    """The trials to run, and the error above which a declared source is a false declaration."""
 
     cases: tuple[Case, ...]
     seeds: tuple[int, ...]
@@ -41,7 +41,7 @@ class Plan:
 
 
 def run(arguments: list[str]) -> None:
-    """The command: trials, table, figure. Ctrl-C sums up what is done."""
+    """Run the command: trials, table, figure. After Ctrl-C the finished trials are summarised."""
     words = read("accuracy", arguments)
     plan, jobs = planned(words), words.whole("jobs", 1)
     out = claimed(words.own["out"], "accuracy", (TABLE, TRIALS, FIGURE))
@@ -53,49 +53,49 @@ def run(arguments: list[str]) -> None:
 
 
 def planned(words: Arguments) -> Plan:
-    """The cases, each value of each key checked; raises BadInput before anything is run."""
+    """Return the cases, with each value of each key checked; raises BadInput before anything is run."""
     keys = {key: words.several(key) for key in GROUPS}
     if min(words.wholes("dof")) < 3:
         raise BadInput(f"dof={words.own['dof']} was given, but a position takes three joints at least. Type e.g. dof=3,5.")
-    made = itertools.product(keys["sensor"], keys["air"], words.wholes("dof"), keys["search"], keys["ekf"])
-    cases = tuple(Case(*values) for values in made)
+    combinations = itertools.product(keys["sensor"], keys["air"], words.wholes("dof"), keys["search"], keys["ekf"])
+    cases = tuple(Case(*values) for values in combinations)
     cfg, _ = setting((*cases[0].words, *words.overrides))
-    for case in _doubtful(cases, keys):
+    for case in _cases_to_check(cases, keys):
         setting((*case.words, *words.overrides))
     return Plan(cases, words.wholes("seeds"), words.overrides, 1e3 * words.number("found_sd") * float(cfg["stop"]["sd_m"]))
 
 
-def _doubtful(cases: tuple[Case, ...], keys: dict[str, tuple[str, ...]]) -> list[Case]:
-    """A case for every rung, and for every choice that conf/ has not: a plug-in may have it, else Hydra refuses it in words."""
+def _cases_to_check(cases: tuple[Case, ...], keys: dict[str, tuple[str, ...]]) -> list[Case]:
+    """A case for every DoF rung, and for every choice that is not in conf/: it comes from a plug-in, or Hydra raises."""
     first = cases[0]
     known = {key: dict(choices(CONF, key)) for key in GROUPS}
-    strange = [Case(**{**first._asdict(), key: value}) for key in GROUPS for value in keys[key] if value not in known[key]]
-    return strange + [first._replace(dof=dof) for dof in dict.fromkeys(case.dof for case in cases)]
+    external = [Case(**{**first._asdict(), key: value}) for key in GROUPS for value in keys[key] if value not in known[key]]
+    return external + [first._replace(dof=dof) for dof in dict.fromkeys(case.dof for case in cases)]
 
 
 def gathered(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseException | None]:
-    """All trials in their order and trials.csv; if it was stopped, those that were done, and by what."""
+    """Run all trials and write trials.csv, in order; if stopped, return the finished ones and the exception."""
     found = dict[int, Trial]()
     stop: BaseException | None = None
-    sheet = Sheet(out / TRIALS, _TRIAL_FIELDS)  # in the order of coming: what a killed benchmark leaves
+    sheet = Sheet(out / TRIALS, _TRIAL_FIELDS)  # in order of completion: what a killed benchmark leaves
     tasks = [((*case.words, *plan.overrides), seed) for case, seed in plan.tasks]
     try:
         for number, (document, reason) in as_they_come(attempt, tasks, jobs, "trials", PER_JOB):
             found[number] = scored(*plan.tasks[number], document, reason, plan.false_mm)
-            sheet.add(_record(found[number]))
-    except KeyboardInterrupt as asked:
-        stop = asked
+            sheet.add(_csv_record(found[number]))
+    except KeyboardInterrupt as interrupt:
+        stop = interrupt
     except TerminatedWorkerError:
         stop = OioError(f"a worker process died; {len(found)} of {len(tasks)} trials were done. Memory may be short: type jobs=1.")
     sheet.close()
     trials = [found[number] for number in sorted(found)]
-    write(out / TRIALS, _TRIAL_FIELDS, map(_record, trials))
+    write(out / TRIALS, _TRIAL_FIELDS, map(_csv_record, trials))
     return trials, stop
 
 
 def summed_up(trials: list[Trial], out: Path) -> None:
-    """accuracy.csv, accuracy.png, and the table on the screen."""
-    from oio.figures.accuracy import draw  # here: matplotlib takes a second, and workers need none of it
+    """Write accuracy.csv and accuracy.png, and print the table."""
+    from oio.figures.accuracy import draw  # here: matplotlib takes a second to import, and workers do without
 
     found = rows(trials, table_1(CONF))
     write(out / TABLE, [*Case._fields, *names(Row)], ({**case._asdict(), **asdict(row)} for case, row in found.items()))
@@ -106,6 +106,6 @@ def summed_up(trials: list[Trial], out: Path) -> None:
 _TRIAL_FIELDS = [*Case._fields, "seed", *names(Score), "reason"]
 
 
-def _record(trial: Trial) -> Record:
+def _csv_record(trial: Trial) -> Record:
     score: dict[str, Any] = asdict(trial.score) if trial.score is not None else {}
     return {**trial.case._asdict(), "seed": trial.seed, **score, "reason": trial.reason}

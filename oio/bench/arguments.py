@@ -1,4 +1,4 @@
-"""KEY=VALUE words of a benchmark: its own keys, which stand in conf/bench.yaml, and overrides for the configuration of its trials."""
+"""Command-line arguments of a benchmark, KEY=VALUE: its own keys (see conf/bench.yaml), and overrides for the configuration of trials."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ SOURCE = CONF / "bench.yaml"
 
 @dataclass(frozen=True)
 class Arguments:
-    """What was typed, over the defaults; the values are text until they are asked for."""
+    """Parsed arguments over the defaults; values stay text until they are read."""
 
     command: str
     own: Mapping[str, str]
     overrides: tuple[str, ...]
 
     def several(self, key: str) -> tuple[str, ...]:
-        """The entries of a list such as `ndir,ec`."""
+        """Return the entries of a list such as `ndir,ec`."""
         entries = tuple(self.own[key].split(","))
         if "" in entries or len(set(entries)) < len(entries):
             raise self._refusal(key, f"{key} is a list of different entries")
         return entries
 
     def whole(self, key: str, least: int = 0) -> int:
-        """A whole number."""
+        """Return a whole number."""
         return self._whole(key, self.own[key], least)
 
     def number(self, key: str) -> float:
-        """A number above zero."""
+        """Return a number above zero."""
         try:
             value = float(self.own[key])
         except ValueError:
@@ -42,7 +42,7 @@ class Arguments:
         return value
 
     def wholes(self, key: str) -> tuple[int, ...]:
-        """Whole numbers: a list, or a range `from:until` without its end."""
+        """Return whole numbers: a list, or a range `from:until` without its end."""
         first, colon, end = self.own[key].partition(":")
         if not colon:
             return tuple(self._whole(key, entry, 0) for entry in self.several(key))
@@ -61,7 +61,7 @@ class Arguments:
 
 
 def read(command: str, arguments: list[str]) -> Arguments:
-    """Sort the words of a command; raises BadInput for what is no KEY=VALUE or is given twice."""
+    """Parse the arguments of a command; raises BadInput for anything but KEY=VALUE, and for a key given twice."""
     own, overrides, seen = defaults(command), list[str](), set[str]()
     for word in arguments:
         key, equals, value = word.partition("=")
@@ -80,7 +80,7 @@ def read(command: str, arguments: list[str]) -> Arguments:
 
 
 def defaults(command: str) -> dict[str, str]:
-    """The keys of a command as text, from conf/bench.yaml."""
+    """Return the keys of a command as text, from conf/bench.yaml."""
     found: dict[str, Any] = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))[command]
     return {key: "null" if value is None else str(value) for key, value in found.items()}
 

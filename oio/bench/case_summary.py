@@ -1,4 +1,4 @@
-"""Trials of one case, summed up: a row of accuracy.csv."""
+"""Summary statistics over the trials of one case: a row of accuracy.csv."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ NAN = float("nan")
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Medians and shares; `low` and `high` are ends of a 95 % interval. NaN: no trial says anything of it."""
+    """Medians and shares; `low` and `high` are ends of a 95 % interval. NaN: no trial has a value."""
 
     trials: int
     failed: int
@@ -24,17 +24,17 @@ class Row:
     covered: float  # share of trials whose 95 % region holds the source
     covered_low: float
     covered_high: float
-    anees: float  # mean NEES / 3; 1 is honest, more is too sure
-    anees_low: float  # where it lies if the covariances are right
+    anees: float  # average NEES / 3; 1 is consistent, more is overconfident
+    anees_low: float  # 95 % interval of a consistent filter
     anees_high: float
     over_bound: float  # root mean square of the errors over their Cramer-Rao bounds
     filter_mm: float  # median error of the filter alone, before the last map
     filter_anees: float
     moves: float
     declared: float  # share
-    declare_s: float  # median, and of moves; a search that declares nothing takes for ever
+    declare_s: float  # median, and of moves; infinite for a search without a declaration
     declare_moves: float
-    false: float  # share of the declared ones that lie far from the source
+    false: float  # false declarations: share of the declared ones that lie far from the source
     false_low: float
     false_high: float
     cold_mm: float
@@ -49,7 +49,7 @@ class Row:
 
 
 def rows(trials: Sequence[Trial], published: dict[str, Published]) -> dict[Case, Row]:
-    """One row per case, in the order of their first trials."""
+    """Return one row per case, in the order of their first trials."""
     cases = list(dict.fromkeys(trial.case for trial in trials))
     return {case: _row([t for t in trials if t.case == case], published.get(case.sensor, Published(NAN, NAN))) for case in cases}
 
@@ -80,13 +80,13 @@ def _row(trials: list[Trial], paper: Published) -> Row:
 
 def _quantile(scores: Iterable[Score], name: str, share: float) -> float:
     values = [getattr(score, name) for score in scores]
-    known = [value for value in values if np.isfinite(value)]
-    return float(np.quantile(known, share)) if known else NAN
+    finite = [value for value in values if np.isfinite(value)]
+    return float(np.quantile(finite, share)) if finite else NAN
 
 
 def _mean(scores: Iterable[Score], name: str) -> float:
-    known = [value for value in (getattr(score, name) for score in scores) if np.isfinite(value)]
-    return float(np.mean(known)) if known else NAN
+    finite = [value for value in (getattr(score, name) for score in scores) if np.isfinite(value)]
+    return float(np.mean(finite)) if finite else NAN
 
 
 def _until_declared(scores: Sequence[Score], name: str) -> float:
@@ -94,8 +94,8 @@ def _until_declared(scores: Sequence[Score], name: str) -> float:
     return float(values[(len(values) - 1) // 2]) if values else NAN
 
 
-def _share(some: int, of: int) -> float:
-    return some / of if of else NAN
+def _share(count: int, total: int) -> float:
+    return count / total if total else NAN
 
 
 def _over_bound(scores: list[Score]) -> float:

@@ -1,4 +1,4 @@
-"""`python -m oio.bench drift`: what the filter makes of drifting encoders, against dead reckoning, minutes after it began."""
+"""`python -m oio.bench drift`: nose error of the filter under encoder drift, against dead reckoning, minutes after the start."""
 
 import itertools
 from dataclasses import asdict
@@ -17,7 +17,7 @@ TABLE, TRIALS, FIGURE = "drift.csv", "trials.csv", "drift.png"
 
 
 def run(arguments: list[str]) -> None:
-    """The command."""
+    """Run the command: trials, table, figure. After Ctrl-C the finished trials are summarised."""
     words = read("drift", arguments)
     times = Times(tuple(sorted(float(t) for t in words.wholes("after_s"))), words.number("window_s"), words.number("dwell_s"))
     cases = planned(words, times)
@@ -28,8 +28,8 @@ def run(arguments: list[str]) -> None:
     stop: BaseException | None = None
     try:
         found.update(as_they_come(attempt, work, words.whole("jobs", 1), "drift"))
-    except KeyboardInterrupt as asked:
-        stop = asked
+    except KeyboardInterrupt as interrupt:
+        stop = interrupt
     if found:
         summed_up([(*tasks[i], *found[i]) for i in sorted(found)], times, out)
     if stop is not None:
@@ -37,9 +37,9 @@ def run(arguments: list[str]) -> None:
 
 
 def planned(words: Arguments, times: Times) -> list[Case]:
-    """All cases, each built; raises BadInput before anything is run."""
-    strange = [source for source in words.several("source") if source not in SOURCES]
-    if strange or min(words.wholes("dof")) < 3:
+    """Return all cases, each built once; raises BadInput before anything is run."""
+    unknown = [source for source in words.several("source") if source not in SOURCES]
+    if unknown or min(words.wholes("dof")) < 3:
         raise BadInput(
             f"source={words.own['source']} dof={words.own['dof']} was given, but source is a list of {', '.join(SOURCES)}, "
             f"and a nose needs three joints to be found. Type e.g. source=known dof=5."
@@ -52,7 +52,7 @@ def planned(words: Arguments, times: Times) -> list[Case]:
 
 
 def summed_up(trials: Trials, times: Times, out: Path) -> None:
-    """drift.csv, trials.csv, drift.png, and the table on the screen."""
+    """Write drift.csv, trials.csv and drift.png, and print the table."""
     from oio.figures.drift import draw
 
     lines = [{**case._asdict(), "seed": seed, **asdict(at)} for case, seed, ats, _ in trials for at in ats]

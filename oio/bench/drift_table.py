@@ -1,4 +1,4 @@
-"""Trials of `drift` summed up, and their table on the screen."""
+"""Summary statistics over the trials of `drift`, and their table on the screen."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,13 +13,13 @@ from rich.table import Table
 from oio.bench.drift_trial import Case, Times
 from oio.bench.nose_error import Off
 
-Trials = Sequence[tuple[Case, int, list[Off], str]]  # case, seed, figures, why there are none
+Trials = Sequence[tuple[Case, int, list[Off], str]]  # case, seed, errors, reason of a failure
 HEADS = ("after [s]", "n", "failed", "filter [mm]", "worst", "claimed", "in 95 % [%]", "dead reckoning [mm]", "ratio")
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Medians over seeds; `inside_95` is the share of instants and seeds."""
+    """Medians over seeds; `inside_95` is the share of instants and seeds inside the 95 % region."""
 
     after_s: float
     trials: int
@@ -33,24 +33,24 @@ class Row:
 
 
 def rows(trials: Trials, times: Times) -> list[Row]:
-    """One for each time asked for."""
+    """Return one row for each evaluation time."""
     return [_row(trials, t) for t in times.after_s]
 
 
 def _row(trials: Trials, after_s: float) -> Row:
-    ats = [at for _, _, found, _ in trials for at in found if at.after_s == after_s]
-    if not ats:
+    errors = [at for _, _, series, _ in trials for at in series if at.after_s == after_s]
+    if not errors:
         return Row(after_s, len(trials), len(trials), *[math.nan] * 6)
-    nose, dead = np.array([at.nose_mm for at in ats]), np.array([at.dead_reckoning_mm for at in ats])
+    nose, dead = np.array([at.nose_mm for at in errors]), np.array([at.dead_reckoning_mm for at in errors])
     return Row(
-        after_s, len(trials), len(trials) - len(ats), float(np.median(nose)), float(np.max(nose)), float(np.median(dead)),
-        float(np.median(dead) / np.median(nose)), float(np.median([at.claimed_mm for at in ats])),
-        float(np.mean([at.inside_95 for at in ats])),
+        after_s, len(trials), len(trials) - len(errors), float(np.median(nose)), float(np.max(nose)), float(np.median(dead)),
+        float(np.median(dead) / np.median(nose)), float(np.median([at.claimed_mm for at in errors])),
+        float(np.mean([at.inside_95 for at in errors])),
     )  # fmt: skip
 
 
 def show(found: Mapping[Case, list[Row]], reasons: Sequence[str], where: str) -> None:
-    """Nose errors at the times asked for."""
+    """Print the nose errors at the evaluation times."""
     table = Table(title="error of the nose's position, medians over seeds", title_justify="left", box=box.SIMPLE_HEAD)
     for head in (*Case._fields, *HEADS):
         table.add_column(escape(head), justify="left" if head in Case._fields else "right", no_wrap=True)

@@ -1,4 +1,4 @@
-"""One trial of `drift`: calibrate, then sniff about the beacon or search, and see how far off the nose is believed to be."""
+"""One trial of `drift`: calibrate, then hover about the beacon or search, and measure the nose error of the filter."""
 
 import tempfile
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from oio.runtime.runner import Stage, run_stages
 
 CALIBRATION = ("warm_up", "baseline", "calibrate_bouts", "map_beliefs", "assemble_qr")
 SOURCES = ("known", "unknown")
-STEP_S = 20.0  # between the points of the figure
+STEP_S = 20.0  # sampling interval of the figure
 
 
 class Case(NamedTuple):
-    """What trials have in common but for their seed."""
+    """Configuration shared by trials that differ in seed only."""
 
     sensor: str
     air: str
@@ -31,14 +31,14 @@ class Case(NamedTuple):
     source: str
 
     def words(self, until_s: float) -> tuple[str, ...]:
-        """As overrides of the configuration."""
+        """Return the case as overrides of the configuration."""
         own = (f"{key}={getattr(self, key)}" for key in ("sensor", "air", "dof", "ekf"))
         return ("+experiment=drift", *own, f"stage.navigate.max_s={until_s}")
 
 
 @dataclass(frozen=True)
 class Times:
-    """Seconds: at which to look, over how long before, and how long a sniff about the beacon lasts."""
+    """Times [s]: when to evaluate, over which window before, and the dwell of a sniff about the beacon."""
 
     after_s: tuple[float, ...]
     window_s: float
@@ -46,7 +46,7 @@ class Times:
 
 
 def attempt(words: tuple[str, ...], source: str, seed: int, times: Times) -> tuple[list[Off], str]:
-    """Figures every STEP_S and at the times asked for, or none and why."""
+    """Return the errors every STEP_S and at the evaluation times, or none and the reason of the failure."""
     try:
         return run_trial(words, source, seed, times), ""
     except Exception as error:
@@ -54,17 +54,17 @@ def attempt(words: tuple[str, ...], source: str, seed: int, times: Times) -> tup
 
 
 def run_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> list[Off]:
-    """Calibrate, then hover about the beacon or search, and look at the nose."""
+    """Calibrate, then hover about the beacon or search, and return the nose errors."""
     built, log = experiment(words, seed), NoseLog()
     stages: dict[str, Stage] = {name: built.stages[name] for name in CALIBRATION}
     stages[source] = _hover(built, times) if source == "known" else built.stages["navigate"]
     with tempfile.TemporaryDirectory() as folder, built.backend.open() as world:
         results = run_stages(stages, world, built.arm, log, Path(folder), seed, built.sensor.highest_raw)
-    ended = results[Hovered if source == "known" else Navigation]
-    assert isinstance(ended, Hovered | Navigation)
-    found = errors(log, built.arm, ended.began_ns)
+    result = results[Hovered if source == "known" else Navigation]
+    assert isinstance(result, Hovered | Navigation)
+    series = errors(log, built.arm, result.began_ns)
     ticks = sorted({*times.after_s, *np.arange(STEP_S, times.after_s[-1], STEP_S).tolist()})
-    return [figures for t in ticks if (figures := off(found, t, times.window_s)) is not None]
+    return [sample for t in ticks if (sample := off(series, t, times.window_s)) is not None]
 
 
 def _hover(built: Experiment, times: Times) -> Hover:

@@ -1,4 +1,4 @@
-"""A course for filters: an arm that swings about, readings that surprise nobody, and the matrices of the plain filter along the way."""
+"""Workload for timing filters: a swinging arm, readings equal to their prediction, and the EKF's matrices along that trajectory."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ MEASUREMENTS = 10
 
 @dataclass(frozen=True)
 class Workload:
-    """Joints and readings in turn, and the hypothesis that filters begin with."""
+    """Joint states and readings in turn, and the hypothesis that initialises the filters."""
 
     model: StateSpace
     fit: Fit
@@ -32,7 +32,7 @@ class Workload:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """What a filter's algebra needs of one step."""
+    """Matrices of one filter step."""
 
     mean: Array  # (N,) before it
     f: Array  # (N, N)
@@ -43,36 +43,36 @@ class Step:
 
 
 def workload(built: Experiment, steps: int) -> Workload:
-    """The cold model of an experiment, its source and law known to a hundredth of a cold start's standard deviations."""
-    made = built.stages["assemble_qr"]
-    known = cold_prior(made.arm, made.range_law, made.process_noise, made.nominal)  # type: ignore[attr-defined]
-    fit = Fit(known.layout, known.mean, 1e-4 * known.cov, 0.0, PPM, known.model.fluctuation, MEASUREMENTS, known.model.law)
+    """Return the workload for the cold-start model of an experiment, source and law known to 1 % of their prior standard deviations."""
+    assembly = built.stages["assemble_qr"]
+    prior = cold_prior(assembly.arm, assembly.range_law, assembly.process_noise, assembly.nominal)  # type: ignore[attr-defined]
+    fit = Fit(prior.layout, prior.mean, 1e-4 * prior.cov, 0.0, PPM, prior.model.fluctuation, MEASUREMENTS, prior.model.law)
     joints = tuple(_joints(built, i) for i in range(1, steps + 1))
-    ekf, belief, readings = Ekf(gate_nis=25.0), known.model.begin(fit, 0, MEASUREMENTS), list[GasReading]()
+    ekf, belief, readings = Ekf(gate_nis=25.0), prior.model.begin(fit, 0, MEASUREMENTS), list[GasReading]()
     for i, state in enumerate(joints):
-        belief = ekf.predict(known.model, belief, state)
-        fair = GasReading(state.t_ns, i % known.model.elements, 0.0, known.model.sigma_ppm)
-        expected, _, _ = known.model.measurement(belief.mean, fair)
-        readings.append(GasReading(state.t_ns, fair.element, expected, fair.sigma_ppm))
-        belief, _ = ekf.update(known.model, belief, readings[-1])
-    return Workload(known.model, fit, joints, tuple(readings))
+        belief = ekf.predict(prior.model, belief, state)
+        template = GasReading(state.t_ns, i % prior.model.elements, 0.0, prior.model.sigma_ppm)
+        expected, _, _ = prior.model.measurement(belief.mean, template)
+        readings.append(GasReading(state.t_ns, template.element, expected, template.sigma_ppm))
+        belief, _ = ekf.update(prior.model, belief, readings[-1])
+    return Workload(prior.model, fit, joints, tuple(readings))
 
 
 def _joints(built: Experiment, i: int) -> JointState:
     t_s, rate = i * STEP_S, 2 * np.pi / SWING_S
-    one = np.ones(built.arm.dof)
+    ones = np.ones(built.arm.dof)
     swing, speed = SWING_RAD * np.sin(rate * t_s), SWING_RAD * rate * np.cos(rate * t_s)
-    return JointState(nanoseconds(t_s), built.arm.home + swing * one, speed * one, -rate * rate * swing * one)
+    return JointState(nanoseconds(t_s), built.arm.home + swing * ones, speed * ones, -rate * rate * swing * ones)
 
 
 def first_belief(ekf: Estimator, way: Workload) -> Belief:
-    """A filter's belief at the beginning."""
+    """Return a filter's initial belief."""
     begin = ekf.begin if isinstance(ekf, Initializer) else begin_from_best
     return begin(way.model, (way.fit,), 0, MEASUREMENTS)
 
 
 def matrices(way: Workload) -> list[Step]:
-    """Those of the plain filter along the way; with readings as expected the mean never jumps."""
+    """Return the EKF's matrices along the trajectory; with readings equal to their prediction the updates leave the mean as it is."""
     mean, found = way.model.begin(way.fit, 0, MEASUREMENTS).mean, list[Step]()
     for state, reading in zip(way.joints, way.readings, strict=True):
         after, f, q = way.model.transition(mean, STEP_S, state)
@@ -83,7 +83,7 @@ def matrices(way: Workload) -> list[Step]:
 
 
 def filterpy_alone(way: Workload, ready: list[Step]) -> None:
-    """filterpy's ExtendedKalmanFilter on ready-made matrices."""
+    """Run filterpy's ExtendedKalmanFilter on precomputed matrices."""
     begin = way.model.begin(way.fit, 0, MEASUREMENTS)
     ekf = ExtendedKalmanFilter(dim_x=len(begin.mean), dim_z=1)
     ekf.x, ekf.P = np.array(begin.mean), np.array(begin.cov)
@@ -102,7 +102,7 @@ def _expected(x: Array, step: Step) -> Array:
 
 
 def model_alone(way: Workload, ready: list[Step]) -> None:
-    """Transition and measurement, as often as the plain filter asks for them."""
+    """Evaluate transition and measurement as often as an EKF does."""
     for step, state, reading in zip(ready, way.joints, way.readings, strict=True):
         after, _, _ = way.model.transition(step.mean, STEP_S, state)
         way.model.measurement(after, reading)

@@ -1,4 +1,4 @@
-"""`python -m oio.bench filters`: microseconds per step, a prediction and an update, beside filterpy's filter on the same matrices."""
+"""`python -m oio.bench filters`: run time per filter step (prediction and update) in microseconds, against filterpy."""
 
 import time
 from collections.abc import Callable
@@ -24,7 +24,7 @@ HEADS = ("filter", "step [us]", "filterpy's algebra [us]", "ratio", "filterpy wi
 
 @dataclass(frozen=True)
 class Row:
-    """Microseconds per step. filterpy's algebra has its matrices ready-made; with the model it has to ask for them once, as users must."""
+    """Microseconds per step. filterpy's algebra has precomputed matrices; with the model, as in use, they are evaluated once a step."""
 
     ekf: str
     step_us: float
@@ -35,7 +35,7 @@ class Row:
 
 
 def run(arguments: list[str]) -> None:
-    """The command."""
+    """Run the command: timing and table."""
     words = read("filters", arguments)
     chosen = [name for name, _ in choices(CONF, "ekf")] if words.own["ekf"] == "null" else list(words.several("ekf"))
     steps, repeats, dof = words.whole("steps", 1), words.whole("repeats", 1), words.own["dof"]
@@ -49,7 +49,7 @@ def run(arguments: list[str]) -> None:
 
 
 def timed(estimators: dict[str, Estimator], way: Workload, repeats: int) -> list[Row]:
-    """All filters on one course, in one process."""
+    """Time all filters on one workload, in one process."""
     ready = matrices(way)
     filterpy_us = _fastest(lambda: filterpy_alone(way, ready), repeats, way)
     model_us = _fastest(lambda: model_alone(way, ready), repeats, way)
@@ -72,7 +72,7 @@ def _steps(ekf: Estimator, way: Workload) -> Callable[[], None]:
 
 
 def _fastest(work: Callable[[], None], repeats: int, way: Workload) -> float:
-    """Microseconds per step of the fastest of so many passes, after one that compiles."""
+    """Microseconds per step of the fastest of `repeats` passes, after one pass for compilation."""
     work()
     spent_s = []
     for _ in range(repeats):
@@ -94,7 +94,7 @@ def _estimator(words: Arguments, name: str) -> Estimator:
 
 
 def show(found: list[Row], where: str) -> None:
-    """The table."""
+    """Print the table."""
     table = Table(title="one step: a prediction and an update", title_justify="left", box=box.SIMPLE_HEAD)
     for head in HEADS:
         table.add_column(escape(head), justify="left" if head == "filter" else "right")

@@ -1,4 +1,4 @@
-"""The stage of `drift` with a known source: the arm sniffs about the beacon for as long as it is told, and the filter watches its nose."""
+"""Stage of `drift` with a known source: the arm sniffs about the beacon for a fixed time while the filter estimates the nose."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -14,19 +14,19 @@ from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, MapCalibration
 from oio.runtime.context import Context, sniff
 
-CERTAIN = 10**9  # measurements: none of Type B is left in the place of a source that is known
+CERTAIN = 10**9  # measurements: makes the Type B variance of a known source negligible
 
 
 @dataclass(frozen=True)
 class Hovered:
-    """When it began."""
+    """Result of `Hover`: when it began."""
 
     began_ns: int
 
 
 @dataclass(frozen=True)
 class Hover:
-    """Begins with the batch fit of the beacon, whose place is known to `beacon_u_m`, and goes on with the filter alone."""
+    """Hover stage: the filter starts from the batch fit of the beacon, at a position known to `beacon_u_m`, and runs on."""
 
     needs: ClassVar[tuple[type, ...]] = (Calibration, MapCalibration)
     sensor: Sensor
@@ -40,8 +40,8 @@ class Hover:
     for_s: float
 
     def run(self, context: Context) -> Hovered:
-        """Every believed nose goes to the log."""
-        odometry, began_ns = self._begun(context), context.world.t_ns
+        """Run the stage; every believed nose is logged."""
+        odometry, began_ns = self._initialised_odometry(context), context.world.t_ns
         while seconds(context.world.t_ns - began_ns) < self.for_s:
             for sensed in sniff(context, self.sensor, self._goal(context, odometry), self.dwell_s):
                 if isinstance(sensed, JointState):
@@ -53,24 +53,24 @@ class Hover:
                     context.log.odometry(sensed.t_ns, *nose)
         return Hovered(began_ns)
 
-    def _begun(self, context: Context) -> Odometry:
+    def _initialised_odometry(self, context: Context) -> Odometry:
         odometry = Odometry(self.ekf, context.need(Calibration).chosen, self.belief_map)
         begin = self.ekf.begin if isinstance(self.ekf, Initializer) else begin_from_best
-        known, fit = odometry.prior, context.need(MapCalibration).fit
-        widened = replace(fit, cov=known.model.noise.inflation * fit.cov)  # as a search has it
-        odometry.belief = begin(known.model, (widened,), context.world.t_ns, CERTAIN)
+        prior, fit = odometry.prior, context.need(MapCalibration).fit
+        widened = replace(fit, cov=prior.model.noise.inflation * fit.cov)  # inflated as in a search
+        odometry.belief = begin(prior.model, (widened,), context.world.t_ns, CERTAIN)
         return odometry
 
     def _goal(self, context: Context, odometry: Odometry) -> Array:
-        """What to tell the servos (n,) rad, which believe their encoders, so that the nose stands some distance off the beacon."""
+        """Joint goal (n,) rad in encoder coordinates (offsets added) that puts the nose at one of the distances from the beacon."""
         assert odometry.belief is not None
-        offset, told = odometry.belief.mean[odometry.prior.model.at["o"]], context.world.goal
-        here = told - offset
+        offset, commanded = odometry.belief.mean[odometry.prior.model.at["o"]], context.world.goal
+        estimated_q = commanded - offset
         for _ in range(200):
             direction, distance_m = context.rng.standard_normal(3), context.rng.choice(self.distances_m)
-            pose = self.arm.reach(self.place + distance_m * direction / np.linalg.norm(direction), here)
-            if pose is None or not self.arm.inside(pose + offset) or not self.arm.free(told, pose + offset):
+            pose = self.arm.reach(self.place + distance_m * direction / np.linalg.norm(direction), estimated_q)
+            if pose is None or not self.arm.inside(pose + offset) or not self.arm.free(commanded, pose + offset):
                 continue
-            if self.arm.clearance_m(here, pose, self.place) >= min(self.approach_m, 0.9 * distance_m):
+            if self.arm.clearance_m(estimated_q, pose, self.place) >= min(self.approach_m, 0.9 * distance_m):
                 return pose + offset
-        return told
+        return commanded

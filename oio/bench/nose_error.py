@@ -1,4 +1,4 @@
-"""Where the nose was, where the filter had it and where the encoders had it, at the instants at which it sniffed."""
+"""Nose position error of the filter and of dead reckoning, at the instants of the readings."""
 
 from dataclasses import dataclass
 
@@ -12,20 +12,20 @@ from oio.log import MemoryLog
 
 
 class NoseLog(MemoryLog):
-    """A log in memory that keeps believed noses as well."""
+    """In-memory log that also keeps the believed nose positions."""
 
     def __init__(self) -> None:
         super().__init__()
         self.noses: list[tuple[int, Array, Array]] = []
 
     def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
-        """Where the nose is believed to be."""
+        """Keep the believed nose position and its covariance."""
         self.noses.append((t_ns, np.array(nose_m), np.array(cov)))
 
 
 @dataclass(frozen=True)
 class Off:
-    """Some seconds before `after_s`: RMS errors and RMS claimed standard deviation in mm, share of instants inside the 95 % region."""
+    """Nose errors in a window before `after_s`: RMS errors and RMS claimed standard deviation in mm, share inside the 95 % region."""
 
     after_s: float
     nose_mm: float
@@ -35,7 +35,7 @@ class Off:
 
 
 def errors(log: NoseLog, arm: Arm, began_ns: int) -> Array:
-    """Per instant: seconds since it began, error of the filter and of the encoders [m], claimed variance [m^2], NEES. (k, 5)."""
+    """Return per instant: seconds since the start, error of the filter and of the encoders [m], claimed variance [m^2], NEES; (k, 5)."""
     truth, joints = dict[int, Array](), dict[int, Array]()
     for sample in log.samples(began_ns):
         if isinstance(sample, Truth):
@@ -45,13 +45,13 @@ def errors(log: NoseLog, arm: Arm, began_ns: int) -> Array:
     rows = []
     for t, p, cov in log.noses:
         if t in truth and t in joints:
-            miss, dead = p - truth[t], arm.nose(joints[t]) - truth[t]
-            rows.append((seconds(t - began_ns), np.linalg.norm(miss), np.linalg.norm(dead), np.trace(cov), nees(miss, cov)))
+            error, dead = p - truth[t], arm.nose(joints[t]) - truth[t]
+            rows.append((seconds(t - began_ns), np.linalg.norm(error), np.linalg.norm(dead), np.trace(cov), nees(error, cov)))
     return np.array(rows, dtype=np.float64).reshape(-1, 5)
 
 
 def off(found: Array, after_s: float, window_s: float) -> Off | None:
-    """The figures of one time; None if the nose was nowhere believed to be then."""
+    """Return the nose errors at one time; None if there is no believed nose in the window."""
     rows = found[(found[:, 0] > after_s - window_s) & (found[:, 0] <= after_s)]
     if not len(rows):
         return None

@@ -1,4 +1,4 @@
-"""Where a benchmark leaves its tables: a folder that holds no other's, comma-separated values with every digit."""
+"""Output folder of a benchmark, never shared with another, and its CSV tables at full precision."""
 
 import csv
 import dataclasses
@@ -13,8 +13,8 @@ Record = Mapping[str, Any]
 
 
 def claimed(out: str, command: str, files: tuple[str, ...]) -> Path:
-    """The folder `out`, or a new one below outputs/ if it is `null`; raises BadInput if it holds a benchmark already."""
-    now = datetime.datetime.now().astimezone()  # the name of a folder, as Hydra gives them; no result depends on it
+    """Return the folder `out`, or a new one below outputs/ if it is `null`; raises BadInput if it already holds results."""
+    now = datetime.datetime.now().astimezone()  # folder name, as Hydra makes them; no result depends on it
     folder = Path(out) if out != "null" else Path("outputs") / f"{now:%Y-%m-%d}" / f"{now:%H-%M-%S-%f}_{command}"
     taken = next((folder / name for name in files if (folder / name).exists()), None)
     if taken is not None:
@@ -28,7 +28,7 @@ def claimed(out: str, command: str, files: tuple[str, ...]) -> Path:
 
 
 class Sheet:
-    """A file of comma-separated values that grows line by line, so that a killed benchmark keeps what is done."""
+    """CSV file written line by line, so that a killed benchmark keeps its finished trials."""
 
     def __init__(self, path: Path, fields: Iterable[str]) -> None:
         self._file = path.open("w", encoding="utf-8", newline="")
@@ -36,17 +36,17 @@ class Sheet:
         self._writer.writeheader()
 
     def add(self, record: Record) -> None:
-        """One line; what is None or missing is empty."""
+        """Append one line; a value that is None or missing is left empty."""
         self._writer.writerow(record)
         self._file.flush()
 
     def close(self) -> None:
-        """The file is whole."""
+        """Close the file."""
         self._file.close()
 
 
 def write(path: Path, fields: Iterable[str], records: Iterable[Record]) -> None:
-    """A whole file."""
+    """Write a whole CSV file."""
     sheet = Sheet(path, fields)
     for record in records:
         sheet.add(record)
@@ -54,5 +54,5 @@ def write(path: Path, fields: Iterable[str], records: Iterable[Record]) -> None:
 
 
 def names(kind: type) -> list[str]:
-    """The fields of a dataclass."""
+    """Return the field names of a dataclass."""
     return [field.name for field in dataclasses.fields(kind)]

@@ -1,4 +1,4 @@
-"""Many trials in a few processes, results as they come, one bar to watch them by. Ctrl-C ends the workers and reaches the caller."""
+"""Parallel execution of trials in worker processes, results in order of completion, with a progress bar. Ctrl-C ends the workers."""
 
 import signal
 import sys
@@ -13,10 +13,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 def as_they_come(
     work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], jobs: int, what: str, at_a_time: int = 1
 ) -> Iterator[tuple[int, Any]]:
-    """(number of the task, work(*task)) in any order; a worker gets so many at a time, and one thread of linear algebra."""
+    """Yield (task number, work(*task)) in any order; `at_a_time` tasks per batch, one linear-algebra thread per worker."""
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     bar = Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty())
-    with bar, parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1, initializer=_leave_ctrl_c_to_the_parent):
+    with bar, parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1, initializer=_ignore_sigint):
         numbered = (delayed(_numbered)(work, i, task) for i, task in enumerate(tasks))
         results = Parallel(return_as="generator_unordered", batch_size=at_a_time, pre_dispatch="2*n_jobs")(numbered)
         try:
@@ -29,5 +29,5 @@ def _numbered(work: Callable[..., Any], number: int, task: tuple[Any, ...]) -> t
     return number, work(*task)
 
 
-def _leave_ctrl_c_to_the_parent() -> None:
+def _ignore_sigint() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""What is kept of one trial: a row of trials.csv. Lengths in mm."""
+"""Score of one trial: a row of trials.csv. Lengths in mm."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 
 class Case(NamedTuple):
-    """What trials have in common but for their seed."""
+    """Configuration shared by trials that differ in seed only."""
 
     sensor: str
     air: str
@@ -17,20 +17,20 @@ class Case(NamedTuple):
 
     @property
     def words(self) -> tuple[str, ...]:
-        """As overrides of the configuration."""
+        """Return the case as overrides of the configuration."""
         return tuple(f"{key}={value}" for key, value in self._asdict().items())
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """One trial that was run to its end."""
+    """Score of one completed trial."""
 
     error_mm: float
     nees: float
     inside_95: bool
     bound_mm: float
     declared: bool
-    false: bool  # declared, but far from the source
+    false: bool  # false declaration: declared, but far from the source
     moves: int
     time_s: float  # of the search, until the source was declared or the search given up
     nis: float
@@ -41,13 +41,13 @@ class Score:
     error_ppm: float
     u_a_ppm: float
     u_b_mm: float
-    filter_mm: float  # source error of the filter alone, before the last map: what tells filters apart
+    filter_mm: float  # source error of the filter alone, before the last map: it differs between filters
     filter_nees: float
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A case with a seed, and its score or why there is none."""
+    """A case with a seed, and its score or the reason of its failure."""
 
     case: Case
     seed: int
@@ -56,7 +56,7 @@ class Trial:
 
 
 def scored(case: Case, seed: int, document: Mapping[str, Any] | None, reason: str, false_mm: float) -> Trial:
-    """From the summary of a run; one that ended without a belief has failed."""
+    """Return the scored trial from the summary of a run; a run that ended without a belief has failed."""
     if document is None:
         return Trial(case, seed, None, reason)
     if document["calibrated"]["source_error_m"] is None or document["cold"]["source_error_m"] is None:

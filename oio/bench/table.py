@@ -1,4 +1,4 @@
-"""The table of `accuracy` on the screen."""
+"""Table of the accuracy benchmark on the screen."""
 
 import math
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ WIDEST = 400  # columns; a narrower terminal wraps the lines of the table, so th
 
 
 def show(rows: Mapping[Case, Row], failures: Mapping[str, int], where: str) -> None:
-    """All cases, why trials failed, and where the files are."""
+    """Print all cases, the reasons of failures, and the output folder."""
     varying = [name for name in Case._fields if name in ("sensor", "air", "dof") or len({getattr(case, name) for case in rows}) > 1]
     table = Table(title="source error over seeds, calibrated; brackets are 95 % intervals", title_justify="left", box=box.SIMPLE_HEAD)
     table.padding, table.pad_edge = (0, 1, 0, 0), False

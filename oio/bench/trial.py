@@ -1,4 +1,4 @@
-"""One trial of a benchmark: a whole run as `python -m oio.run` makes it, but in memory. A process composes a configuration once."""
+"""One benchmark trial: a whole run as of `python -m oio.run`, but in memory. A process composes each configuration once."""
 
 import functools
 import tempfile
@@ -23,21 +23,21 @@ from oio.runtime.runner import run_stages
 
 @functools.lru_cache(maxsize=4)
 def setting(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
-    """The configuration with these overrides as plain data, and what it builds; raises what Hydra or a check has against it."""
+    """Return the configuration with these overrides as plain data, and the experiment built from it; raises Hydra's or a check's error."""
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
         composed = hydra.compose("config", [*words, *plugins()], return_hydra_config=True)
     choices = dict(composed.hydra.runtime.choices)
     cfg = {str(key): value for key, value in _plain(composed).items() if key != "hydra"}
     if "evaluate" in (cfg["stage"] or {}):
-        cfg["stage"]["evaluate"].update(paper_assembly=False, cold_maps="last")  # no benchmark reads more, and it takes its time
+        cfg["stage"]["evaluate"].update(paper_assembly=False, cold_maps="last")  # no benchmark reads more, and the rest is slow
     return cfg, build(OmegaConf.create(cfg), choices, list(words))
 
 
 def experiment(words: tuple[str, ...], seed: int) -> Experiment:
-    """The same for one seed. Seeds reach the backend and the streams of the stages, so only the backend is built anew."""
+    """Return the experiment for one seed. Seeds reach the backend and the stages' random streams, so only the backend is rebuilt."""
     cfg, any_seed = setting(words)
-    anew = OmegaConf.create({**cfg, "seed": seed})  # what Hydra has built from is resolved for ever, the seed with it
-    return replace(any_seed, backend=instantiate(anew.backend), identity={**any_seed.identity, "seed": seed})
+    reseeded = OmegaConf.create({**cfg, "seed": seed})  # Hydra has resolved the first configuration for good, its seed included
+    return replace(any_seed, backend=instantiate(reseeded.backend), identity={**any_seed.identity, "seed": seed})
 
 
 def _plain(cfg: DictConfig) -> dict[Any, Any]:
@@ -47,7 +47,7 @@ def _plain(cfg: DictConfig) -> dict[Any, Any]:
 
 
 def run_trial(words: tuple[str, ...], seed: int) -> dict[str, Any]:
-    """The summary of a run, without the time it took."""
+    """Return the summary of a run, without its wall-clock time."""
     built = experiment(words, seed)
     with tempfile.TemporaryDirectory() as folder, built.backend.open() as world:
         results = run_stages(built.stages, world, built.arm, MemoryLog(), Path(folder), seed, built.sensor.highest_raw)
@@ -58,7 +58,7 @@ def run_trial(words: tuple[str, ...], seed: int) -> dict[str, Any]:
 
 
 def attempt(words: tuple[str, ...], seed: int) -> tuple[dict[str, Any] | None, str]:
-    """The summary, or None and why there is none: a trial that fails does not stop the others."""
+    """Return the summary, or None and the reason of the failure: a failed trial does not stop the others."""
     try:
         return run_trial(words, seed), ""
     except Exception as error:

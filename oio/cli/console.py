@@ -1,4 +1,4 @@
-"""What a person sees: one line per stage while it runs, one table at the end. Quiet when not a terminal, but for the table."""
+"""Terminal output: a progress line per stage while it runs (in a terminal only), and the table of results at the end."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ OUTCOMES = {
 
 
 class StageLines:
-    """A watcher for `RunLog.watchers`: a line per stage with simulated seconds, what it waits for, and the current figure."""
+    """Progress of the stages, as a watcher for `RunLog.watchers`: simulated seconds, what the stage waits for, and its current figure."""
 
     def __init__(self) -> None:
         text = TextColumn("{task.description:<16} {task.fields[simulated]:>8}  {task.fields[waits]}  [bold]{task.fields[figure]}")
@@ -38,7 +38,7 @@ class StageLines:
             self._progress.stop()
 
     def __call__(self, stage: str, state: str, t_ns: int, waits_for: str, figure: str) -> None:
-        """Called by the log as stages begin, tell, end or fail."""
+        """Called by the log when a stage begins, reports progress, ends or fails."""
         if not self._on:
             return
         shown: dict[str, Any] = {"simulated": f"{t_ns / 1e9:.1f} s"}
@@ -53,7 +53,7 @@ class StageLines:
 
 
 def show_summary(document: Mapping[str, Any], where: str) -> None:
-    """Cold start against calibrated, in mm, with the verdict on coverage."""
+    """Print the table of one run: cold start against calibrated in mm, bounds, verdict."""
     console = Console(soft_wrap=True)
     if document["calibrated"] is not None:
         title = f"{document['sensor']} ({document['profile']}), dof={document['dof']}, air={document['air']}, seed={document['seed']}"
@@ -81,7 +81,7 @@ def _coverage(document: Mapping[str, Any]) -> str:
 
 
 def _bounds(document: Mapping[str, Any]) -> str:
-    """The error over what no estimator can beat along this path, at this truth; on average over truths from the prior, beside it."""
+    """The error over the Cramer-Rao bound of this path at this truth; beside it van Trees' bound, averaged over truths from the prior."""
     ratio, bound, posterior = number(document["bound_ratio"], 1.0, 2), number(document["bound_m"]), number(document["posterior_bound_m"])
     return f"error / bound {ratio} (Cramer-Rao {bound} mm; van Trees, the mean over sources anywhere but on this path, {posterior} mm)"
 
@@ -108,12 +108,12 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
 
 
 def number(value: float | None, factor: float = 1e3, digits: int = 1) -> str:
-    """A figure scaled (metres to millimetres unless told), or a dash."""
+    """Format a number, scaled by `factor` (metres to millimetres by default); a dash for None."""
     return "-" if value is None else f"{factor * value:.{digits}f}"
 
 
 def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
-    """One table over all jobs; `rows` have job, overrides, state, error, and the summary if there is one."""
+    """Print the table of a sweep; every row has job, state, error, and the summary if there is one."""
     table = Table(title=escape(f"{len(rows)} jobs, {where}"), title_justify="left")
     for head in (
         "job",

@@ -1,4 +1,4 @@
-"""How every command ends: a known error in one paragraph with its exit code, a stop in one line, a bug with its trace."""
+"""Exit codes: a known error ends a command with one paragraph and its code, an interrupt with one line, a bug with its traceback."""
 
 import os
 import sys
@@ -11,7 +11,7 @@ STOPPED = 130  # 128 + SIGINT, as shells say
 
 
 def run_command(run: Callable[[], None], stopped: str = "stopped.") -> int:
-    """The exit code of `run`; `stopped` is said when it was asked to stop. OIO_FULL_ERROR=1 shows the trace of known errors, too."""
+    """Run a command and return its exit code; `stopped` is printed on an interrupt. OIO_FULL_ERROR=1 shows tracebacks of known errors."""
     try:
         run()
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""One experiment: everything Hydra built, run into one directory that says how it went."""
+"""One run: the experiment that Hydra built, executed into an output directory with log, config, status and summary."""
 
 import json
 import platform
@@ -28,7 +28,7 @@ PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy
 
 @dataclass(frozen=True)
 class Experiment:
-    """What was composed and built; `identity` is what summary.json says of it."""
+    """Everything of a run, frozen; `identity` are the choices that summary.json repeats."""
 
     arm: Arm
     sensor: Sensor
@@ -40,11 +40,11 @@ class Experiment:
 
     @property
     def seed(self) -> int:
-        """Of everything random."""
+        """The root of all random streams."""
         return int(self.identity["seed"])
 
     def about(self) -> dict[str, str]:
-        """The log's metadata `oio.run`: what was run, with what, from which source."""
+        """Metadata record `oio.run` of the log: choices, configuration, overrides, versions, git state."""
         named = {key: str(value) for key, value in self.identity.items()}
         versions = {"oio": __version__, "python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
         return {
@@ -61,7 +61,7 @@ def execute(experiment: Experiment, out: Path) -> dict[str, Any]:
     check_order(experiment.stages)
     _refuse_used(out)
     began = time.monotonic()
-    with experiment.backend.open() as world:  # what the world refuses leaves nothing behind
+    with experiment.backend.open() as world:  # a refusal leaves no directory behind
         _claim(out)
         (out / "config.yaml").write_text(experiment.config_yaml, encoding="utf-8")
         try:
@@ -101,7 +101,7 @@ def _refuse_used(out: Path) -> None:
 
 
 def _claim(out: Path) -> None:
-    """Of two runs that start at once only one gets the directory."""
+    """Take the directory; of two runs that start at once only one gets it."""
     out.mkdir(parents=True, exist_ok=True)
     try:
         with (out / "status.json").open("x", encoding="utf-8") as file:

@@ -1,10 +1,14 @@
-"""What Hydra and OmegaConf say, as one paragraph: what was given, what is allowed, what to type."""
+"""Errors of Hydra and OmegaConf as one paragraph each: what was given, what is allowed, what to type.
+
+Where their exceptions carry the key or the choice as an attribute, that is used. Two of their texts have to be read, because the exceptions
+carry nothing else: the key that could not be overridden, and the place where an object was built.
+"""
 
 import re
 from pathlib import Path
 
-from hydra.errors import CompactHydraException, InstantiationException
-from omegaconf.errors import OmegaConfBaseException
+from hydra.errors import CompactHydraException, InstantiationException, MissingConfigException, OverrideParseException
+from omegaconf.errors import ConfigKeyError, InterpolationKeyError, OmegaConfBaseException
 
 from oio.cli.help import choices
 from oio.cli.renamed_keys import renamed
@@ -16,51 +20,70 @@ SHARED = (
     "search", "range_law", "bout",
 )  # fmt: skip
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)
+LIST_KEYS = "`python -m oio.run --cfg job` prints every key, `--help` every choice."
 
 
 def known_error(error: BaseException, conf: Path) -> OioError | None:
-    """The known error behind an exception, or None if it is a bug."""
-    cause: BaseException | None = error
-    while cause is not None:
+    """The error to show for an exception, or None if it is a bug. `conf` is the folder of the configuration."""
+    for cause in _causes(error):
         if isinstance(cause, OioError):
             return cause if cause is error else type(cause)(_with_key(str(cause), str(error)))
-        cause = cause.__cause__ or cause.__context__
     if isinstance(error, FOREIGN):
         return BadInput(_paragraph(error, conf))
     return None
 
 
+def _causes(error: BaseException) -> list[BaseException]:
+    """The exception and those behind it."""
+    found, cause = list[BaseException](), error
+    while cause is not None and cause not in found:
+        found.append(cause)
+        cause = cause.__cause__ or cause.__context__  # type: ignore[assignment]
+    return found
+
+
 def _paragraph(error: BaseException, conf: Path) -> str:
     text = " ".join(str(error).split())
-    group = re.search(r"Could not find '(\w+)/([^']+)'", text) or re.search(r"[Cc]ould not (?:load|find) '?(\w+)/([\w.-]+)'?", text)
-    if group:
-        return _no_such_choice(group[1], group[2], conf)
-    if "Could not override 'stage'" in text or "Key 'stage' is not in struct" in text:
+    for cause in _causes(error):
+        if isinstance(cause, MissingConfigException) and cause.missing_cfg_file:
+            group, _, name = str(cause.missing_cfg_file).rpartition("/")
+            return _no_such_choice(group, name, conf)
+        if isinstance(cause, OverrideParseException):
+            example = "sensor=ec dof=5; quote lists: 'source.position=[0.3,0.1,0.15]'"
+            return f"the command line could not be read: {text} Type KEY=VALUE words, e.g. {example}."
+        if isinstance(cause, InterpolationKeyError):
+            return _dangling(str(cause).split("'")[1], conf)
+        if isinstance(cause, TypeError) and isinstance(error, InstantiationException):
+            return _wrong_keys(str(cause), _built_at(text))
+    typed = re.search(r"Could not override '([^']+)'", text)
+    keyed = next((cause for cause in _causes(error) if isinstance(cause, AttributeError | ConfigKeyError)), None)
+    key = typed[1] if typed else getattr(keyed, "full_key", None)
+    return _unknown_key(key, conf) if key else f"{text} {LIST_KEYS}"
+
+
+def _unknown_key(key: str, conf: Path) -> str:
+    if key == "stage":
         known = ",".join(name for name, _ in choices(conf, "stage"))
         return f"stage= takes a list of at least one of {known}. Type e.g. stage=[warm_up,baseline]."
-    unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
-    if unknown and (new := renamed(unknown[1])):
-        return _renamed(unknown[1], new)
-    if unknown and (owner := _owner(unknown[1], conf)):
-        chosen = f"{unknown[1].split('.')[0]}={owner}"
-        return f"'{unknown[1]}' is a key of {chosen} only. Type {chosen} {unknown[1]}=VALUE."
-    if unknown:
-        return f"'{unknown[1]}' is not a key of the configuration. {_list_keys()} To add a new one on purpose: +{unknown[1]}=VALUE."
+    if new := renamed(key):
+        return _renamed(key, new)
+    if owner := _owner(key, conf):
+        chosen = f"{key.split('.')[0]}={owner}"
+        return f"'{key}' is a key of {chosen} only. Type {chosen} {key}=VALUE."
+    return f"'{key}' is not a key of the configuration. {LIST_KEYS} To add a new one on purpose: +{key}=VALUE."
+
+
+def _wrong_keys(text: str, where: str) -> str:
+    """Python's words for arguments of a class: keys of a YAML that it does not know, or that it lacks."""
     unexpected = re.search(r"unexpected keyword argument '(\w+)'", text)
-    if unexpected and (new := renamed(f"{_where(text)}{unexpected[1]}")):
-        return _renamed(f"{_where(text)}{unexpected[1]}", new)
     if unexpected:
-        return f"'{_where(text)}{unexpected[1]}' is not a key of its YAML. {_list_keys()}"
-    absent = re.search(r"missing \d+ required keyword-only arguments?: (.+?)['\"]?\)", text)
+        key = f"{where}.{unexpected[1]}" if where else unexpected[1]
+        new = renamed(key)
+        return _renamed(key, new) if new else f"'{key}' is not a key of its YAML. {LIST_KEYS}"
+    absent = re.search(r"missing \d+ required keyword-only arguments?: (.+)", text)
     if absent:
-        return f"{_where(text).rstrip('.')} has no value for {absent[1]}. Give one on the command line or in its YAML."
-    interpolation = re.search(r"Interpolation key '([^']+)' not found", text)
-    if interpolation:
-        return _dangling(interpolation[1], conf)
-    if "mismatched input" in text or "no viable alternative" in text or "extraneous input" in text or "missing EQUAL" in text:
-        example = "sensor=ec dof=5; quote lists: 'source.position=[0.3,0.1,0.15]'"
-        return f"the command line could not be read: {text} Type KEY=VALUE words, e.g. {example}."
-    return f"{text} `python -m oio.run --help` lists the choices; `--cfg job` prints every key."
+        return f"{where} has no value for {absent[1]}. Give one on the command line or in its YAML."
+    return f"{where} cannot be built: {text}. {LIST_KEYS}"
 
 
 def _renamed(old: str, new: str) -> str:
@@ -83,14 +106,14 @@ def _dangling(key: str, conf: Path) -> str:
     return f"'{key}' is used, but nothing gives it. `python -m oio.run --cfg job` prints every key."
 
 
-def _with_key(text: str, hydra_says: str) -> str:
+def _with_key(text: str, hydra_text: str) -> str:
     """Names the YAML key instead of the class: `Filament.wind_m_s` becomes `air.wind_m_s` when it was built for `backend.air`."""
-    where = re.search(r"full_key: (\S+)", hydra_says)
-    return re.sub(r"^[A-Z]\w+\.", f"{_typed(where[1])}.", text) if where else text
+    where = _built_at(hydra_text)
+    return re.sub(r"^[A-Z]\w+\.", f"{_root_key(where)}.", text) if where else text
 
 
-def _typed(full_key: str) -> str:
-    """The key as one types it: what a backend or a stage is given by interpolation stands elsewhere in the configuration."""
+def _root_key(full_key: str) -> str:
+    """The key as one types it: what backends and stages are given by interpolation stands at the root of the configuration."""
     parts = full_key.split(".")
     inner = parts[1:] if parts[0] == "backend" else parts[2:] if parts[0] == "stage" else []
     return ".".join(inner) if inner and inner[0] in SHARED else full_key
@@ -105,10 +128,7 @@ def _owner(key: str, conf: Path) -> str | None:
     return None
 
 
-def _where(text: str) -> str:
-    found = re.search(r"full_key: (\S+)", text)
-    return f"{found[1]}." if found else ""
-
-
-def _list_keys() -> str:
-    return "`python -m oio.run --cfg job` prints every key, `--help` every choice."
+def _built_at(hydra_text: str) -> str:
+    """The key of the node that Hydra was building; empty where the text names none."""
+    found = re.search(r"full_key: (\S+)", hydra_text)
+    return found[1] if found else ""

@@ -29,12 +29,12 @@ from oio.log import read_metadata
 from oio.runtime.runner import check_order
 
 ASSEMBLIES = ("gum", "paper")
-FAILED: list[Exception] = []  # what a single run ended with
+FAILED: list[Exception] = []  # the error of a single run
 PLAIN = re.compile(r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")  # an override from a log is data: a plain word, number or list, nothing else
 
 
 def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Experiment:
-    """Everything frozen, nothing live. Raises BadInput (or what Hydra raises) for anything wrong."""
+    """Build the experiment of a configuration; all frozen, no I/O. Raises BadInput, or what Hydra raises, for anything wrong."""
     missing = sorted(OmegaConf.missing_keys(cfg))
     if missing:
         raise BadInput(f"{missing[0]} has no value. Type {missing[0]}=VALUE.")
@@ -64,7 +64,7 @@ def _whole(key: str, value: object, allowed: str, example: str) -> None:
 
 
 def job(cfg: DictConfig) -> dict[str, Any]:
-    """One job of Hydra's. In a sweep a failure stays in the job's own status.json, so that the others go on."""
+    """Hydra's task function. In a sweep a failure is written to the job's own status.json, so that the others go on."""
     told = HydraConfig.get()
     out, sweeping = Path(told.runtime.output_dir), told.mode == RunMode.MULTIRUN
     try:
@@ -74,7 +74,7 @@ def job(cfg: DictConfig) -> dict[str, Any]:
             _note_failure(out, error)
         else:
             _leave_nothing(out)
-            FAILED.append(error)  # raised through Hydra it would be said twice
+            FAILED.append(error)  # raised through Hydra it would be printed twice
         return {}
     if not sweeping:
         show_summary(document, f"log, calibration and numbers are in {out}")
@@ -95,7 +95,7 @@ def _note_failure(out: Path, error: Exception) -> None:
 
 
 def replayed(arguments: list[str]) -> list[str]:
-    """For backend=replay: the overrides under which the log was written come first, where the command line does not say otherwise."""
+    """For backend=replay: prepend the overrides with which the log was written, except those that the command line gives."""
     log = next((a.split("=", 1)[1] for a in arguments if a.startswith("backend.log=")), None)
     if "backend=replay" not in arguments or log is None:
         return arguments
@@ -114,7 +114,7 @@ def _may_pass(override: str, given: set[str]) -> bool:
 
 
 def refuse_bad_choices(arguments: list[str]) -> None:
-    """Before a sweep: every value of every swept key must compose and build beside the first values of the others."""
+    """Before a sweep: compose and build every value of every swept key, with the first values of the others."""
     words = [a for a in arguments if not a.startswith("-")]
     parsed = OverridesParser.create().parse_overrides(words)
     swept = [o for o in parsed if o.is_sweep_override() and not o.is_hydra_override()]
@@ -131,13 +131,13 @@ def refuse_bad_choices(arguments: list[str]) -> None:
 
 
 def plugins() -> list[str]:
-    """conf packages of other distributions (entry point group `oio.conf`) go on Hydra's search path."""
+    """Override that puts configuration packages of other distributions (entry point group `oio.conf`) on Hydra's search path."""
     packages = [f"pkg://{point.value}" for point in metadata.entry_points(group="oio.conf")]
     return [f"hydra.searchpath=[{','.join(packages)}]"] if packages else []
 
 
-def _refuse_strangers() -> None:
-    """A foreign distribution named `hardware` exists: the packages must lie beside `oio`."""
+def _check_packages() -> None:
+    """Refuse to start where `hardware` or `pipelines` is another distribution's package, and not the one beside `oio`."""
     for name in ("pipelines", "hardware"):
         if not (ROOT / name / "__init__.py").is_file():
             raise BadInput(f"the package '{name}' does not lie beside 'oio' in {ROOT}. Install OIO in a venv of its own: make venv.")
@@ -145,13 +145,13 @@ def _refuse_strangers() -> None:
 
 
 def _run(arguments: list[str]) -> None:
-    _refuse_strangers()
+    _check_packages()
     if {"--help", "-h"} & set(arguments):
         return show_help(CONF)
     arguments = [*replayed(arguments), *plugins()]
     if {"-m", "--multirun"} & set(arguments):
         refuse_bad_choices(arguments)
-    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come to us; we say them in one paragraph
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors are printed by `run_command`, as one paragraph
     sys.argv = [sys.argv[0], *arguments]
     hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")(job)()
     if FAILED:
@@ -161,6 +161,6 @@ def _run(arguments: list[str]) -> None:
 
 
 def main() -> int:
-    """The command; returns the exit code."""
+    """Run the command; returns the exit code."""
     interrupt.listen()
     return run_command(lambda: _run(sys.argv[1:]), "stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part).")

@@ -1,4 +1,4 @@
-"""Sweeps over seeds, summed up: for every sensor, DoF and room how calibrated compares with cold."""
+"""Tables over seeds of a sweep: calibrated against cold start per sensor, DoF and air; Table I beside the paper's."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -36,7 +36,7 @@ def group_figures(runs: Sequence[Row]) -> dict[str, float]:
 
 
 def show_groups(summaries: Sequence[Row], console: Console) -> None:
-    """One line per group of two seeds or more; nothing if there is none."""
+    """Print a line per group of two or more seeds; nothing if there is none."""
     groups = {key: runs for key, runs in group_by_case(summaries).items() if len(runs) > 1}
     if not groups:
         return

@@ -1,4 +1,4 @@
-"""What a command does before the imports that take it a second. Import it first."""
+"""Process start-up of a command, before imports that take a second: thread counts of BLAS, and signals. Import it first."""
 
 import os
 import signal
@@ -8,7 +8,7 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 
 def handle_signals(name: str) -> None:
-    """If the module of that `__name__` is the command: until it listens itself, Ctrl-C and SIGTERM end it with one line."""
+    """If the module of that `__name__` is the command: end it with one line on Ctrl-C and SIGTERM, until it installs its own handlers."""
     if name == "__main__":
         signal.signal(signal.SIGINT, _end)
         signal.signal(signal.SIGTERM, _end)

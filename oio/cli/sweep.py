@@ -1,4 +1,4 @@
-"""After a multirun: one table over all jobs, from what each left in its own directory."""
+"""The table of a sweep, printed when a multirun ends, from the status.json and summary.json of its jobs."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ from oio.cli.table_1 import table_1
 
 
 class SweepTable(Callback):
-    """Hydra calls this when all jobs are over; `failed` tells the command how to exit."""
+    """Hydra callback at the end of a multirun; `failed` decides the exit code of the command."""
 
     failed = 0  # jobs of the last sweep of this process that did not finish
 
@@ -30,7 +30,7 @@ class SweepTable(Callback):
 
 
 def sweep_rows(folder: Path) -> list[dict[str, Any]]:
-    """What each job of a sweep left, in the order of their numbers."""
+    """A row per job of a sweep: job, state, error and summary, in the order of the job numbers."""
     jobs = [path for path in folder.iterdir() if path.is_dir() and path.name.split("_")[0].isdigit()]
     return [_row(path) for path in sorted(jobs, key=lambda path: int(path.name.split("_")[0]))]
 

@@ -35,10 +35,10 @@ class World(Protocol):
 
 @runtime_checkable
 class Backend(Protocol):
-    """A frozen choice of world."""
+    """A frozen description of a world."""
 
     def open(self) -> AbstractContextManager[World]:
-        """Make it live. The only door through which anything does I/O."""
+        """Make it live; the only place where anything does I/O."""
         ...
 
 
@@ -48,12 +48,12 @@ class Sensor(Protocol):
 
     @property
     def name(self) -> str:
-        """As typed after `sensor=`."""
+        """The choice `sensor=NAME`."""
         ...
 
     @property
     def elements(self) -> int:
-        """1, or 2 that are read in turn."""
+        """Number of elements: 1, or 2 that are sampled in turn."""
         ...
 
     @property
@@ -68,12 +68,12 @@ class Sensor(Protocol):
 
     @property
     def tau_fall_s(self) -> float:
-        """And when it falls [s]."""
+        """Nominal first-order lag when it falls [s]."""
         ...
 
     @property
     def settled_ppm_per_min(self) -> float:
-        """Slope below which warm-up is over."""
+        """Slope [ppm/min] below which warm-up is over."""
         ...
 
     @property
@@ -115,7 +115,7 @@ class LiveAir(Protocol):
     """Moving gas in one room."""
 
     def present(self, source_m: Array | None, emission_ml_s: float) -> None:
-        """Replace the source: (3,) m in the base frame, or none; the plume is let stand as the room's YAML says."""
+        """Replace the source: (3,) m in the base frame, or none; the new plume has already developed for the time that the YAML gives."""
         ...
 
     def step(self, dt_s: float) -> None:

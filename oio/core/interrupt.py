@@ -1,4 +1,4 @@
-"""A stop asked for by Ctrl-C or SIGTERM happens between two samples, never within a write to the log; asked twice, it happens at once."""
+"""Graceful interrupts: Ctrl-C and SIGTERM take effect between two samples, never within a write to the log; the second at once."""
 
 import signal
 
@@ -6,13 +6,13 @@ _asked: list[int] = []
 
 
 def listen() -> None:
-    """From now on both signals ask."""
+    """Install the handlers of both signals."""
     signal.signal(signal.SIGINT, _ask)
     signal.signal(signal.SIGTERM, _ask)
 
 
 def check() -> None:
-    """Raise KeyboardInterrupt if a stop was asked for."""
+    """Raise KeyboardInterrupt if a signal has come."""
     if _asked:
         raise KeyboardInterrupt
 

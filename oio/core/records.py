@@ -1,4 +1,4 @@
-"""The frozen values that flow. Time is int nanoseconds since the world opened; everything else is SI or ppm."""
+"""Immutable records of samples, readings, beliefs and innovations. Time is int nanoseconds since the world opened, all else SI or ppm."""
 
 import functools
 import math
@@ -32,7 +32,7 @@ def _not_scalars(kind: Any) -> tuple[str, ...]:
 
 
 class _ReadOnlyArrays:
-    """Arrays are float64 copies that nobody can write to after entry."""
+    """Base of records: arrays are copied to float64 and made read-only."""
 
     __slots__ = ()
 
@@ -47,7 +47,7 @@ class _ReadOnlyArrays:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointState(_ReadOnlyArrays):
-    """What the encoders say: q (n,) rad, dq (n,) rad/s, ddq (n,) rad/s^2; n = the joints of the chosen DoF."""
+    """Joint state from the encoders: q (n,) rad, velocity dq (n,) rad/s, acceleration ddq (n,) rad/s^2 of the n unlocked joints."""
 
     t_ns: int
     q: Array
@@ -57,7 +57,7 @@ class JointState(_ReadOnlyArrays):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GasSample:
-    """One raw value of one element, in the unit of its sensor (ppm, ADC counts)."""
+    """Raw gas sample of one sensor element, in the unit of its sensor (ppm, ADC counts)."""
 
     t_ns: int
     element: int
@@ -66,7 +66,7 @@ class GasSample:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth(_ReadOnlyArrays):
-    """For scoring only: joints (n,) rad, nose (3,) m, active source (3,) m (NaN: none), concentration at the nose [ppm]."""
+    """Ground truth, for scoring only: joints (n,) rad, nose (3,) m, open source (3,) m (NaN: none), concentration at the nose [ppm]."""
 
     t_ns: int
     q: Array
@@ -77,7 +77,7 @@ class Truth(_ReadOnlyArrays):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:
-    """Something that happened: `kind` is a word (`present`, `move`, `bout`, `stage`, `dropped` ...), `text` a sentence."""
+    """Log event: `kind` is a word (`present`, `move`, `bout`, `stage`, `dropped` ...), `text` a sentence."""
 
     t_ns: int
     kind: str
@@ -90,7 +90,7 @@ WorldSample = JointState | GasSample | Truth | Event
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GasReading:
-    """One reading in ppm with its standard uncertainty for white sensor noise alone; a censored one says "not more than `ppm`"."""
+    """Gas reading in ppm with the standard uncertainty of white sensor noise alone; if `censored`, the value is an upper bound."""
 
     t_ns: int
     element: int
@@ -100,13 +100,13 @@ class GasReading:
 
     @property
     def missed(self) -> bool:
-        """Whether value or uncertainty is no number: the sensor was asked and said nothing."""
+        """Whether this is a missed reading: value or uncertainty is not finite."""
         return not (math.isfinite(self.ppm) and math.isfinite(self.sigma_ppm))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Belief(_ReadOnlyArrays):
-    """A Gaussian: mean (n,), cov (n, n); what each entry means stands in the model's `names` and `units`."""
+    """Gaussian belief of the state: mean (n,), cov (n, n); the state space has `names` and `units` for its entries."""
 
     t_ns: int
     mean: Array
@@ -115,7 +115,7 @@ class Belief(_ReadOnlyArrays):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Innovation(_ReadOnlyArrays):
-    """Measurement minus prediction: residual (m,) ppm, cov (m, m) ppm^2; `gated` if it was not used."""
+    """Innovation, measurement minus prediction: residual (m,) ppm, cov (m, m) ppm^2; `gated` if it was rejected by the gate."""
 
     t_ns: int
     residual: Array
@@ -126,12 +126,3 @@ class Innovation(_ReadOnlyArrays):
     def nis(self) -> float:
         """Normalised innovation squared y' S^-1 y, chi-square with m degrees of freedom if the filter is consistent."""
         return float(self.residual @ np.linalg.solve(self.cov, self.residual))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Track(_ReadOnlyArrays):
-    """Beliefs over time: t_ns (k,), mean (k, n), cov (k, n, n)."""
-
-    t_ns: Array
-    mean: Array
-    cov: Array

@@ -1,4 +1,4 @@
-"""One seed, three independent streams, so that the same truth can be measured again with other noise or other turbulence."""
+"""Random streams: truth, disturbance and measurement are independent, so the same truth can be measured with other noise or turbulence."""
 
 import zlib
 
@@ -11,14 +11,14 @@ from oio.core.settings import in_range, settings
 class Seeds:
     """Seeds of the three streams; by default all are `seed`, and the streams are independent of each other all the same."""
 
-    truth: int  # what is so: places, strengths, wind, specimen spread, encoder drift
-    disturbance: int  # what happens: turbulence
-    measurement: int  # what the instruments add: noise
+    truth: int  # places, strengths, wind, spread of specimens, encoder drift
+    disturbance: int  # turbulence
+    measurement: int  # sensor noise
 
     def check(self) -> None:
         """Refuse negative seeds."""
         in_range(self, truth=(0, 2**63), disturbance=(0, 2**63), measurement=(0, 2**63))
 
     def rng(self, stream: str, purpose: str) -> np.random.Generator:
-        """The generator of one purpose in one stream: a new purpose cannot shift the numbers of another."""
+        """The generator of one purpose in one stream; a new purpose does not shift the numbers of another."""
         return np.random.default_rng([getattr(self, stream), zlib.crc32(stream.encode()), zlib.crc32(purpose.encode())])

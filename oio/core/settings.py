@@ -1,4 +1,4 @@
-"""`@settings`: a frozen, keyword-only, type-checked dataclass, so that a class is its own configuration schema."""
+"""`@settings`: a frozen, keyword-only, type-checked dataclass whose fields are the configuration schema."""
 
 import dataclasses
 import math

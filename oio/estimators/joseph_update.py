@@ -1,5 +1,4 @@
-"""Scalar Kalman measurement update in Joseph form, P = (I - K H) P (I - K H)' + K R K' (Bucy & Joseph 1968): positive definite for
-any gain."""
+"""Scalar Kalman update in Joseph form, P = (I - K H) P (I - K H)' + K R K' (Bucy & Joseph 1968): positive definite for any gain."""
 
 import numpy as np
 

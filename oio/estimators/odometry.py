@@ -1,5 +1,9 @@
-"""Olfactory inertial odometry: joints and readings in, beliefs out; the same object live, on replay, and over the log in `evaluate`."""
+"""Olfactory inertial odometry: joint states and gas readings in, beliefs of source and nose out.
 
+The same object runs live, on replay, and over the log in the stage `evaluate`.
+"""
+
+from collections import deque
 from dataclasses import replace
 
 from oio.core.records import SECOND_NS, Array, Belief, GasReading, Innovation, JointState
@@ -10,57 +14,57 @@ from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 from oio.inference.state_space import StateSpace
 
+NIS_WINDOW, NIS_LEAST = 50, 10  # readings
 UNINFORMATIVE_PPM = 1e6  # standard uncertainty of a reading that no gate refuses
 
 
 class Odometry:
-    """Gathers a trace until `locate` has made a belief map of it; from then on the filter runs."""
+    """Records a trace until `locate` has fitted a belief map to it; from then on the filter runs."""
 
     def __init__(self, estimator: Estimator, prior: Prior, belief_map: BeliefMap) -> None:
         self.prior, self._estimator, self._map = prior, estimator, belief_map
         self.trace = belief_map.trace()
         self.hypotheses: tuple[Fit, ...] = ()
         self.belief: Belief | None = None
-        self._held = JointDelayLine(prior.delay_s)
+        self._delay_line = JointDelayLine(prior.delay_s)
         self._joints: JointState | None = None  # the latest
-        self._fed: JointState | None = None  # where the nose was when the gas of now was taken
-        self._nis: list[float] = []
+        self._fed: JointState | None = None  # the last that reached the filter
+        self._nis = deque[float](maxlen=NIS_WINDOW)
 
     def joints(self, state: JointState) -> None:
-        """The arm is here now."""
+        """Predict to the time of a joint state (by the delay of the gas stamps later)."""
         self._joints = state
-        for due in self._held.joints(state):
+        for due in self._delay_line.joints(state):
             self._feed(due)
 
     def reading(self, reading: GasReading) -> Innovation | None:
-        """A reading, taken at the time of the last joints, or the delay before; None before the first map. A missed one is neither kept nor
-        counted."""
-        for due in self._held.reading(reading):
+        """Update with a reading; its innovation, or None before the first map. A missed reading is neither recorded nor counted."""
+        for due in self._delay_line.reading(reading):
             self._feed(due)
         if not reading.missed:
             self.trace.reading(reading)
         if self.belief is None:
             return None
         self.belief, innovation = self._estimator.update(self.prior.model, self.belief, reading)
-        if not reading.missed:  # its innovation is gated and zero: a sensor that falls silent is no consistent filter
-            self._nis = [*self._nis[-49:], innovation.nis]
+        if not reading.missed:  # its innovation is gated and zero, and would make the filter look consistent
+            self._nis.append(innovation.nis)
         return innovation
 
     def locate(self, measurements: int, made: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
-        """Make the map of the whole trace, so many measurements, and begin the filter anew from its best hypothesis.
+        """Fit the belief map to the whole trace of so many measurements, and restart the filter from its best hypothesis.
 
-        `made` is this very map, if it was made before: the same odometry run again over the log need not make it twice.
+        `made` is the result of this very fit if it is known, as it is when the log of a search is scored again.
         """
         assert self._fed is not None
         self.hypotheses = made or self._map.locate(self.trace.frozen(), self.prior, self.hypotheses)
         begin = self._estimator.begin if isinstance(self._estimator, Initializer) else begin_from_best
         self.belief = begin(self.prior.model, self.hypotheses, self._fed.t_ns, measurements)
-        self._nis = []
+        self._nis.clear()
         self._rehearse(self.belief, self._fed)
         return self.hypotheses
 
     def _rehearse(self, belief: Belief, state: JointState) -> None:
-        """One step of the filter, thrown away. After an install its first step is compiled, for as long as 20 s: now the arm stands."""
+        """Run one step of the filter and discard it: after an install that compiles it for up to 20 s, while the arm stands still."""
         model, then = self.prior.model, replace(state, t_ns=state.t_ns + SECOND_NS)
         belief = self._estimator.predict(model, belief, then)
         self._estimator.update(model, belief, GasReading(then.t_ns, 0, 0.0, UNINFORMATIVE_PPM))
@@ -73,8 +77,8 @@ class Odometry:
             self.belief = self._estimator.predict(self.prior.model, self.belief, state)
 
     def consistent(self, limit: float) -> bool:
-        """Whether the mean NIS of the latest readings (at least ten) is below `limit`; too few say nothing."""
-        return len(self._nis) < 10 or sum(self._nis) / len(self._nis) < limit
+        """Whether the mean NIS of the latest NIS_WINDOW readings since the last map is below `limit`; true for fewer than NIS_LEAST."""
+        return len(self._nis) < NIS_LEAST or sum(self._nis) / len(self._nis) < limit
 
     def nose(self) -> tuple[Array, Array] | None:
         """Believed nose position (3,) m and its covariance (3, 3) m^2; None before the first map."""
@@ -91,5 +95,5 @@ class Odometry:
 
 
 def begin_from_best(model: StateSpace, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
-    """How a filter begins that does not begin itself."""
+    """The initial belief of a filter that is no `Initializer`: that of the best hypothesis."""
     return model.begin(fits[0], t_ns, measurements)

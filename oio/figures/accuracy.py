@@ -12,7 +12,7 @@ from oio.inference.metrics import COVERAGE
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Label = tuple[str, str, str]  # sensor, search, filter: a position on the axis
+CaseLabel = tuple[str, str, str]  # sensor, search, filter: a position on the axis
 PANEL_IN = (4.2, 3.4)  # of one air and DoF rung
 
 
@@ -29,23 +29,23 @@ def draw(trials: Sequence[Any], rows: Mapping[Any, Any], out: Path) -> None:
         grid = figure.subplots(2 * len(rungs), len(airs), squeeze=False, sharex=True, sharey="row", height_ratios=[3, 1] * len(rungs))
         for i, dof in enumerate(rungs):
             for j, air in enumerate(airs):
-                here = {_who(case): (case, row) for case, row in rows.items() if (case.air, case.dof) == (air, dof)}
-                _errors(grid[2 * i, j], here, trials)
-                _coverage(grid[2 * i + 1, j], here)
+                cases = {_label(case): (case, row) for case, row in rows.items() if (case.air, case.dof) == (air, dof)}
+                _errors(grid[2 * i, j], cases, trials)
+                _coverage(grid[2 * i + 1, j], cases)
                 grid[2 * i, j].set_title(f"{air}, {dof} DoF", loc="left")
             grid[2 * i, 0].set_ylabel("source error (mm)")
             grid[2 * i + 1, 0].set_ylabel("in 95 %\nregion")
-        _names(grid[-1, :], here)
+        _case_labels(grid[-1, :], cases)
         figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncol=4, frameon=False)
         figure.savefig(out, metadata={"Software": None})
 
 
-def _who(case: Any) -> Who:
+def _label(case: Any) -> CaseLabel:
     return case.sensor, case.search, case.ekf
 
 
-def _errors(axes: "Axes", here: Mapping[Who, Any], trials: Sequence[Any]) -> None:
-    for x, (case, row) in enumerate(here.values()):
+def _errors(axes: "Axes", cases: Mapping[CaseLabel, Any], trials: Sequence[Any]) -> None:
+    for x, (case, row) in enumerate(cases.values()):
         errors = np.array([t.score.error_mm for t in trials if t.case == case and t.score is not None])
         side = np.linspace(-0.28, 0.28, len(errors))  # in the order of the seeds: no random jitter
         first: Any = {"label": None} if x else {}
@@ -59,18 +59,18 @@ def _errors(axes: "Axes", here: Mapping[Who, Any], trials: Sequence[Any]) -> Non
     axes.yaxis.set_major_formatter("{x:g}")
 
 
-def _coverage(axes: "Axes", here: Mapping[Who, Any]) -> None:
+def _coverage(axes: "Axes", cases: Mapping[CaseLabel, Any]) -> None:
     axes.axhline(100 * COVERAGE, color=TRUTH, lw=1.2)
-    for x, (_, row) in enumerate(here.values()):
+    for x, (_, row) in enumerate(cases.values()):
         axes.plot([x, x], [100 * row.covered_low, 100 * row.covered_high], color=CALIBRATED, lw=1.6)
         axes.plot(x, 100 * row.covered, "o", color=CALIBRATED, ms=5)
     axes.set_ylim(-8, 108)
     axes.set_yticks([0, 50, 95], ["0 %", "50 %", "95 %"])
 
 
-def _names(bottom: Any, here: Mapping[Who, Any]) -> None:
+def _case_labels(bottom: Any, cases: Mapping[CaseLabel, Any]) -> None:
     """Label the cases; search and filter are named only where there are several."""
-    several = [len({who[i] for who in here}) > 1 for i in range(3)]
-    words = ["\n".join(word for word, more in zip(who, (True, *several[1:]), strict=True) if more) for who in here]
+    several = [len({label[i] for label in cases}) > 1 for i in range(3)]
+    labels = ["\n".join(word for word, more in zip(label, (True, *several[1:]), strict=True) if more) for label in cases]
     for axes in bottom:
-        axes.set_xticks(range(len(words)), words, fontsize=9)
+        axes.set_xticks(range(len(labels)), labels, fontsize=9)

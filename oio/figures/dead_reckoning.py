@@ -1,4 +1,4 @@
-"""Dead reckoning from a log alone: the arm comes from the MJCF that is attached to it."""
+"""Dead reckoning from a log alone: forward kinematics of the encoders, by the MJCF that is attached to the log."""
 
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -17,25 +17,25 @@ from oio.log import read_attachment
 
 @dataclass(frozen=True, eq=False)
 class Encoders:
-    """An arm whose encoders are taken at their word; joints that do not move stay at `locked` (m,) rad."""
+    """An arm whose encoders are taken as exact; joints that do not move stay at `locked` (m,) rad."""
 
     chain: KinematicChain
     locked: Array
 
     @property
     def shoulder_m(self) -> Array:
-        """Where the first joint sits (3,) m."""
+        """Position of the first joint (3,) m."""
         return self.chain.poses[0, :3, 3]
 
     def noses(self, joints: Iterable[JointState]) -> Iterator[tuple[int, Array]]:
-        """(t_ns, nose (3,) m) of every joint state."""
+        """Yield (t_ns, nose (3,) m) of every joint state."""
         c = self.chain
         for state in joints:
             yield state.t_ns, nose_and_jacobian(state.q[None, :], SerialChain(c.poses, c.axes, c.kinds, self.locked, c.nose_offset))[0][0]
 
 
 def encoders(path: Path, identity: dict[str, str]) -> Encoders | None:
-    """The arm of a log; None if the log has none attached, or one that does not fit its joints."""
+    """Return the arm of a log; None if the log has no MJCF, or one whose joints do not match."""
     moving = tuple(identity.get("joints", "").split())
     try:
         chain = _chain(read_attachment(path, "arm.mjcf"))
@@ -43,7 +43,7 @@ def encoders(path: Path, identity: dict[str, str]) -> Encoders | None:
         return None
     locked = _home(path, len(chain.names))
     if locked is None and len(moving) == len(chain.names):
-        locked = np.zeros(len(moving))  # all joints move: it is not looked at
+        locked = np.zeros(len(moving))  # all joints move: not used
     return Encoders(chain, locked) if locked is not None and chain.names[: len(moving)] == moving else None
 
 
@@ -55,7 +55,7 @@ def _chain(mjcf: bytes) -> KinematicChain:
 
 
 def _home(path: Path, joints: int) -> Array | None:
-    """Where the locked joints rest, from the configuration that is attached; None if it does not say."""
+    """Home pose of the locked joints, from the attached configuration; None if there is none."""
     try:
         home = np.array(yaml.safe_load(read_attachment(path, "config.yaml"))["arm"]["home_rad"], dtype=np.float64)
     except (BadInput, yaml.YAMLError, KeyError, TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""The picture of the drift benchmark: error of the nose over time, filter against dead reckoning, a line per seed."""
+"""Figure of the drift benchmark: nose error over time, filter against dead reckoning, a line per seed."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ PANEL_IN = (6.0, 4.2)
 
 
 def draw(found: Mapping[Any, Sequence[Sequence[Any]]], out: Path) -> None:
-    """A panel per case; `found` has, for each case, a series of `oio.bench.nose_error.Off` per seed. Writes the PNG `out`."""
+    """Draw a panel per case; `found` has, for each case, a series of `oio.bench.nose_error.Off` per seed. Writes the PNG `out`."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -23,8 +23,8 @@ def draw(found: Mapping[Any, Sequence[Sequence[Any]]], out: Path) -> None:
         panels = figure.subplots(1, len(found), squeeze=False, sharey=True)[0]
         for axes, (case, series) in zip(panels, found.items(), strict=True):
             for name, color, label in (("dead_reckoning_mm", DEAD, "dead reckoning"), ("nose_mm", CALIBRATED, "filter")):
-                for one in series:
-                    axes.plot([at.after_s for at in one], [getattr(at, name) for at in one], color=color, lw=0.8, alpha=0.4)
+                for trial in series:
+                    axes.plot([s.after_s for s in trial], [getattr(s, name) for s in trial], color=color, lw=0.8, alpha=0.4)
                 axes.plot(*_median(series, name), color=color, lw=2.4, label=f"{label}, median")
             axes.set_title(f"source {case.source}: {case.sensor}, {case.air}, {case.dof} DoF, {case.ekf}", loc="left")
             axes.set_xlabel("time since the arm began (s)")
@@ -36,5 +36,5 @@ def draw(found: Mapping[Any, Sequence[Sequence[Any]]], out: Path) -> None:
 
 
 def _median(series: Sequence[Sequence[Any]], name: str) -> tuple[list[float], list[float]]:
-    times = sorted({at.after_s for one in series for at in one})
-    return times, [float(np.median([getattr(at, name) for one in series for at in one if at.after_s == t])) for t in times]
+    times = sorted({s.after_s for trial in series for s in trial})
+    return times, [float(np.median([getattr(s, name) for trial in series for s in trial if s.after_s == t])) for t in times]

@@ -1,4 +1,4 @@
-"""The paper's figure: the track of the filter before and after calibration, seen from above, axes in mm."""
+"""The paper's figure: nose track of the filter before and after calibration, seen from above, axes in mm."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 PANELS = (("cold", "before calibration (cold start)", DEAD), ("calibrated", "after calibration", CALIBRATED))
 SIZE_IN = (14.0, 7.6)
-LEFTS, BOTTOM, WIDTH, HEIGHT = (0.06, 0.54), 0.16, 0.45, 0.76  # of the panels: fixed, so that legend and titles have their room
+LEFTS, BOTTOM, WIDTH, HEIGHT = (0.06, 0.54), 0.16, 0.45, 0.76  # of the panels: fixed, to leave room for legend and titles
 SHAPE = WIDTH * SIZE_IN[0] / (HEIGHT * SIZE_IN[1])  # width over height
 
 
 def draw(tracks: Tracks, out: Path) -> None:
-    """Two panels of equal scales; of the track before the first map, what fits in. Writes the PNG `out`."""
+    """Draw two panels of equal scales; the track before the first map is cut at the limits of the axes. Writes the PNG `out`."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -60,7 +60,7 @@ def _error(tracks: Tracks, name: str) -> str:
 
 
 def _limits(tracks: Tracks) -> tuple[Array, Array]:
-    """Of both panels: the truth since the first map, and of what is believed as much as is not far from it."""
+    """Limits of both panels: the truth since the first map, and those of the estimates that are not far from it."""
     since = len(tracks.true_m) - max(len(found) for found in tracks.believed_m.values())
     places = [] if tracks.source_m is None else [tracks.source_m[None, :]]
     core = np.concatenate([tracks.true_m[since:], *places, *([] if len(tracks.true_m) else [np.zeros((1, 3))])])

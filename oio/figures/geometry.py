@@ -1,4 +1,4 @@
-"""Where things go on paper: the ellipse of a covariance, errors with their unit, limits of the axes, rows of labels."""
+"""Figure geometry: covariance ellipse, source errors with their unit, axis limits, rows of labels."""
 
 import numpy as np
 from scipy.stats import chi2
@@ -9,7 +9,7 @@ from oio.inference.metrics import COVERAGE, bearing
 
 
 def ellipse(mean_m: Array, cov_m2: Array) -> Array:
-    """Outline (73, 2) m of the 95 % region of x and y, for a mean (3,) m and covariance (3, 3) m^2: chi-square with 2 dof."""
+    """Return the outline (73, 2) m of the 95 % region of x and y, for a mean (3,) m and covariance (3, 3) m^2: chi-square with 2 dof."""
     variances, axes = np.linalg.eigh(cov_m2[:2, :2])
     radii = np.sqrt(chi2.ppf(COVERAGE, 2) * np.maximum(variances, 0.0))
     turn = np.linspace(0.0, 2 * np.pi, 73)
@@ -18,7 +18,7 @@ def ellipse(mean_m: Array, cov_m2: Array) -> Array:
 
 
 def source_errors(story: Story) -> tuple[Array, Array, str]:
-    """Error (k,), two standard deviations (k,) and their unit: of the position, or of the bearing where only that is observable."""
+    """Return error (k,), two standard deviations (k,) and their unit: of position, or of bearing where only that is observable."""
     believed, source = story.source, story.places["source"]
     if story.dof >= 3:
         error = 1e3 * np.linalg.norm(believed.p_m - source, axis=1)
@@ -31,27 +31,27 @@ def source_errors(story: Story) -> tuple[Array, Array, str]:
 
 
 def _bearing_error(d: Array, cov: Array, true_d: Array, dof: int) -> tuple[float, float]:
-    """Error and standard deviation [rad] of the azimuth, with two joints of azimuth and elevation together."""
+    """Error and standard deviation [rad] of the azimuth; with two joints of azimuth and elevation together."""
     angles, jacobian = bearing(d)
-    off = (angles - bearing(true_d)[0] + np.pi) % (2 * np.pi) - np.pi
-    off[0] *= np.cos(angles[1]) if dof == 2 else 1.0  # a step in azimuth is short near the zenith
-    return float(np.linalg.norm(off[:dof])), float(np.sqrt(np.trace((jacobian @ cov @ jacobian.T)[:dof, :dof])))
+    error = (angles - bearing(true_d)[0] + np.pi) % (2 * np.pi) - np.pi
+    error[0] *= np.cos(angles[1]) if dof == 2 else 1.0  # a step in azimuth is short near the zenith
+    return float(np.linalg.norm(error[:dof])), float(np.sqrt(np.trace((jacobian @ cov @ jacobian.T)[:dof, :dof])))
 
 
 def limits(core: Array, rest: Array, width_over_height: float) -> tuple[Array, Array]:
-    """Corners (2,), (2,) mm of a picture of that shape that holds all `core` (k, 2) mm and of the `rest` (j, 2) mm what is not far."""
+    """Return axis limits (2,), (2,) mm of that aspect ratio that hold all `core` (k, 2) mm, and `rest` (j, 2) mm as far as it is near."""
     low, high = core.min(axis=0), core.max(axis=0)
-    room = 0.3 * float(np.max(high - low))
-    all_in = np.concatenate([core, np.clip(rest, low - room, high + room)])
-    low, high = all_in.min(axis=0), all_in.max(axis=0)
-    half = np.maximum(0.5 * (high - low) + 0.06 * float(np.max(high - low)), 50.0)  # something to see even of nothing
+    margin = 0.3 * float(np.max(high - low))
+    shown = np.concatenate([core, np.clip(rest, low - margin, high + margin)])
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    half = np.maximum(0.5 * (high - low) + 0.06 * float(np.max(high - low)), 50.0)  # a minimum size, even without data
     half = np.maximum(half, half[::-1] * (width_over_height, 1.0 / width_over_height))  # equal scales on both axes
-    middle = 0.5 * (low + high)
-    return middle - half, middle + half
+    centre = 0.5 * (low + high)
+    return centre - half, centre + half
 
 
 def rows(middles: list[float], widths: list[float]) -> list[int]:
-    """A row per label so that none covers another; labels come from left to right and take the first row that is free."""
+    """Return a row per label so that labels do not overlap; from left to right, each takes the first free row."""
     ends: list[float] = []
     chosen = []
     for middle, width in zip(middles, widths, strict=True):

@@ -1,4 +1,4 @@
-"""One picture of a run: the search from above, and three courses over time."""
+"""Figure of a run: the search from above, and three time series."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 SIZE_IN, DPI = (16.0, 9.0), 100  # 1600 x 900 pixels
-PLACES = {  # left, bottom, width, height: fixed, so that every run gives the same picture and legends have their room
+PLACES = {  # left, bottom, width, height: fixed, so that every run has the same layout, with room for legends
     "map": (0.05, 0.2, 0.4, 0.655),
     "source": (0.52, 0.715, 0.47, 0.2),
     "gas": (0.52, 0.395, 0.47, 0.2),
@@ -23,8 +23,8 @@ PLACES = {  # left, bottom, width, height: fixed, so that every run gives the sa
 
 
 def draw(run: Path, out: Path) -> None:
-    """Draw `run`/run.mcap, with the figures of `run`/summary.json if it is there, to the PNG `out`; raises BadInput if it cannot."""
-    import matplotlib as mpl  # here and not above: it takes a second, and `--help` needs none of it
+    """Draw `run`/run.mcap, with the results of `run`/summary.json if it is there, to the PNG `out`; raises BadInput if it cannot."""
+    import matplotlib as mpl  # here: the import takes a second, and `--help` does without
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -45,13 +45,13 @@ def draw(run: Path, out: Path) -> None:
 
 
 def _log(run: Path) -> Path:
-    """The log of a run; that of a run which was killed, if there is no other, so that the refusal says how to rescue it."""
-    whole, part = run / "run.mcap", run / "run.mcap.part"
-    return part if part.is_file() and not whole.is_file() else whole
+    """Log of a run; the unfinished one of a killed run, if there is no other, so that the error names the recovery command."""
+    finished, part = run / "run.mcap", run / "run.mcap.part"
+    return part if part.is_file() and not finished.is_file() else finished
 
 
 def _save(canvas: "FigureCanvasAgg", out: Path) -> None:
     try:
-        canvas.figure.savefig(out, metadata={"Software": None})  # no version in it: the same run gives the same bytes
+        canvas.figure.savefig(out, metadata={"Software": None})  # no version: the same run gives the same bytes
     except OSError as error:
         raise BadInput(f"--out is {out}, but that cannot be written ({error.strerror}). Give a file in a folder that exists.") from None

@@ -1,4 +1,4 @@
-"""What a picture needs of a log: where the nose and the source were, where they were believed to be, and what was smelled."""
+"""Run history for the figures: true and believed trajectories of nose and source, dead reckoning, and gas readings."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ SOURCE = ("source_x", "source_y", "source_z")
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """One stage, from begin_s to end_s since the world opened."""
+    """Time span of one stage [s] since the world opened."""
 
     stage: str
     begin_s: float
@@ -26,7 +26,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """Positions over time: t_s (k,) s, p_m (k, 3) m in the base frame, cov_m2 (k, 3, 3) m^2 (zero where nothing is uncertain)."""
+    """Trajectory: t_s (k,) s, p_m (k, 3) m in the base frame, cov_m2 (k, 3, 3) m^2 (zero where nothing is uncertain)."""
 
     t_s: Array
     p_m: Array
@@ -36,39 +36,39 @@ class Course:
         return len(self.t_s)
 
     def during(self, span: Span) -> "Course":
-        """The part inside a span."""
+        """Return the part inside a span."""
         inside = (self.t_s >= span.begin_s) & (self.t_s <= span.end_s)
         return Course(self.t_s[inside], self.p_m[inside], self.cov_m2[inside])
 
     def distances(self, truth: "Course") -> tuple[Array, Array]:
-        """t_s (j,) and distance (j,) m where both are known at one instant: in 20 ms the nose moves by more than its error."""
-        t_s, mine, theirs = np.intersect1d(self.t_s, truth.t_s, return_indices=True)
-        return t_s, np.linalg.norm(self.p_m[mine] - truth.p_m[theirs], axis=1)
+        """Return t_s (j,) and distance (j,) m at common time stamps only: in 20 ms the nose moves by more than its error."""
+        t_s, own, other = np.intersect1d(self.t_s, truth.t_s, return_indices=True)
+        return t_s, np.linalg.norm(self.p_m[own] - truth.p_m[other], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Story:
-    """A run. Courses may be empty and places None: hardware knows no truth, and a search may end before its first map."""
+    """History of a run. Trajectories and places may be empty: hardware has no truth, and a search may end before its first map."""
 
     identity: dict[str, str]
     spans: tuple[Span, ...]
-    search: Span  # the whole run if nothing was searched for
+    search: Span  # the whole run if it has no search stage
     readings: tuple[GasReading, ...]
     truth: Course
     odometry: Course
-    dead: Course  # dead reckoning: the encoders taken at their word
+    dead: Course  # dead reckoning: forward kinematics of the encoders
     source: Course  # as believed
-    shoulder_m: Array  # (3,) bearings are seen from here
-    places: dict[str, Array]  # where the `beacon` and the `source` truly were, (3,) m
+    shoulder_m: Array  # (3,) origin of bearings
+    places: dict[str, Array]  # true positions of the `beacon` and the `source`, (3,) m
 
     @property
     def dof(self) -> int:
-        """Joints that moved; below three only the bearing of a source is observable."""
+        """Number of joints that moved; below three only the bearing of a source is observable."""
         return int(self.identity.get("dof", "0"))
 
 
 def read_story(path: Path) -> Story:
-    """The story of a finished log; raises BadInput for anything else."""
+    """Read the run history of a finished log; raises BadInput for anything else."""
     identity = read_metadata(path)
     whole = Span("", 0.0, seconds(read_end(path)))
     spans = tuple(_spans(path, whole.end_s))
@@ -82,10 +82,10 @@ def read_story(path: Path) -> Story:
 
 
 def course(rows: Any) -> Course:
-    """A course of (t_ns, p (3,) m, covariance (3, 3) m^2 or None); what is not finite cannot be drawn and is left out."""
-    known = ((seconds(t_ns), p, np.zeros((3, 3)) if cov is None else cov) for t_ns, p, cov in rows)
-    found = [row for row in known if np.all(np.isfinite(row[1])) and np.all(np.isfinite(row[2]))]
-    t, p, cov = zip(*found, strict=True) if found else ((), (), ())
+    """Return the trajectory of (t_ns, p (3,) m, covariance (3, 3) m^2 or None); entries that are not finite are left out."""
+    complete = ((seconds(t_ns), p, np.zeros((3, 3)) if cov is None else cov) for t_ns, p, cov in rows)
+    finite = [row for row in complete if np.all(np.isfinite(row[1])) and np.all(np.isfinite(row[2]))]
+    t, p, cov = zip(*finite, strict=True) if finite else ((), (), ())
     return Course(np.array(t), np.array(p).reshape(-1, 3), np.array(cov).reshape(-1, 3, 3))
 
 
@@ -94,17 +94,17 @@ def _shoulder(arm: Encoders | None) -> Array:
 
 
 def _spans(path: Path, end_s: float) -> Iterator[Span]:
-    begun: dict[str, float] = {}
+    started_s: dict[str, float] = {}
     for t_ns, stage, state in read_stages(path):
         if state == "begin":
-            begun[stage] = seconds(t_ns)
-        elif stage in begun:
-            yield Span(stage, begun.pop(stage), seconds(t_ns))
-    yield from (Span(stage, begin_s, end_s) for stage, begin_s in begun.items())  # a recovered log may break off inside one
+            started_s[stage] = seconds(t_ns)
+        elif stage in started_s:
+            yield Span(stage, started_s.pop(stage), seconds(t_ns))
+    yield from (Span(stage, begin_s, end_s) for stage, begin_s in started_s.items())  # a recovered log may end inside a stage
 
 
 def _world(path: Path) -> tuple[Course, list[JointState], dict[str, Array]]:
-    """The true nose, the encoders, and the true place of each source that was opened."""
+    """True nose trajectory, joint states, and the true position of each source that was opened."""
     truths, joints, places, opened = [], [], dict[str, Array](), ""
     for sample in read_samples(path):
         match sample:
@@ -120,12 +120,12 @@ def _world(path: Path) -> tuple[Course, list[JointState], dict[str, Array]]:
 
 
 def _sources(path: Path, since_s: float) -> list[tuple[int, Array, Array]]:
-    """The believed source after every reading and, at the ends of moves, after a new map: what a search ends with.
+    """Believed source after every reading and, at the ends of moves, after a new map: the final estimate of a search.
 
-    What was mapped up to since_s was the beacon.
+    Maps made up to since_s are of the beacon.
     """
     mapped = [(t_ns, *found[0]) for t_ns, found in read_hypotheses(path) if found and seconds(t_ns) > since_s]
-    return sorted([*_filtered(path), *mapped], key=lambda row: row[0])  # stable: of one time, the map is the later
+    return sorted([*_filtered(path), *mapped], key=lambda row: row[0])  # stable: at equal times the map comes later
 
 
 def _filtered(path: Path) -> Iterator[tuple[int, Array, Array]]:

@@ -1,4 +1,4 @@
-"""The large panel: the search seen from above."""
+"""Main panel: the search seen from above."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def search_map(axes: "Axes", story: Story) -> None:
-    """Tracks of the nose, places of the sources and the final belief; x and y of the base frame in mm, equal scales."""
+    """Draw nose tracks, source positions and the final belief; x and y of the base frame in mm, equal scales."""
     low, high = _limits(axes, story)
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
@@ -51,7 +51,7 @@ def _places(axes: "Axes", story: Story) -> None:
 
 
 def _belief(axes: "Axes", story: Story, low: Array, high: Array) -> None:
-    """The last believed source with its ellipse; one that lies outside the picture is said to."""
+    """Final believed source with its 95 % ellipse; if outside the panel, its position is in the legend."""
     if not len(story.source):
         return
     mean, cov = story.source.p_m[-1], story.source.cov_m2[-1]

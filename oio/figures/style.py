@@ -1,11 +1,11 @@
-"""Colours that a colour-blind reader can tell apart (Okabe and Ito 2008), one meaning each, and the size of the letters."""
+"""Figure style: a palette for colour-blind readers (Okabe and Ito 2008), one meaning per colour, and font sizes."""
 
 from typing import Any
 
 TRUTH, CALIBRATED, DEAD = "#A6A6A6", "#0072B2", "#D55E00"
 BEACON, SOURCE, BELIEVED = "#009E73", "#F0E442", "#CC79A7"
 ELEMENTS = ("#009E73", "#CC79A7", "#0072B2", "#D55E00")
-SHADES = ("#FFFFFF", "#E9E9E9")  # stages in turn
+SHADES = ("#FFFFFF", "#E9E9E9")  # background of alternate stages
 
 RC: Any = {  # matplotlib types its keys one by one
     "font.size": 11,

@@ -1,4 +1,4 @@
-"""The small panels: source error, gas and nose error over time."""
+"""Time-series panels: source error, gas readings and nose error."""
 
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ TIME = "time since the run began (s)"
 
 
 def source_error(axes: "Axes", story: Story) -> None:
-    """|believed - true| over the search, log scale, with the two standard deviations that the filter itself claims."""
+    """Plot |believed - true| over the search, log scale, with two standard deviations of the belief."""
     axes.set_title("Source error" if story.dof >= 3 else "Error of the source's bearing", loc="left")
     if "source" not in story.places or not len(story.source):
         say(axes, "no truth in this log: the error is unknown" if len(story.source) else "no belief in this log: nothing was mapped")
@@ -35,18 +35,18 @@ def source_error(axes: "Axes", story: Story) -> None:
     axes.minorticks_off()
     axes.set_ylabel(f"error ({unit})")
     _search_axis(axes, story)
-    _exploring(axes, story, float(t_s[0]))
+    _exploration_label(axes, story, float(t_s[0]))
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """1, 2 and 5 of every decade; fewer over three decades and more, more within one."""
+    """Tick positions: 1, 2 and 5 of every decade; fewer over three decades and more, more within one."""
     steps = (1.0,) if high > 1e3 * low else (1.0, 2.0, 5.0) if high > 10 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
     ticks = [step * 10.0**decade for decade in range(-6, 7) for step in steps]
     return [tick for tick in ticks if low <= tick <= high]
 
 
 def gas(axes: "Axes", story: Story) -> None:
-    """Readings per element over the whole run, stages shaded."""
+    """Plot the readings per element over the whole run, stages shaded."""
     axes.set_title("Gas readings", loc="left")
     if not story.readings:
         say(axes, "no reading in this log")
@@ -54,18 +54,18 @@ def gas(axes: "Axes", story: Story) -> None:
     t_s = np.array([seconds(r.t_ns) for r in story.readings])
     element, ppm = np.array([r.element for r in story.readings]), np.array([r.ppm for r in story.readings])
     for e in np.unique(element):
-        mine, color = element == e, ELEMENTS[int(e) % len(ELEMENTS)]
-        axes.plot(t_s[mine], ppm[mine], color=color, lw=1.1, label=f"element {e}")
+        selected, color = element == e, ELEMENTS[int(e) % len(ELEMENTS)]
+        axes.plot(t_s[selected], ppm[selected], color=color, lw=1.1, label=f"element {e}")
     end_s = max([1.0, float(t_s[-1]), *(span.end_s for span in story.spans)])
     axes.set_xlim(0.0, end_s)
     axes.set_ylabel("reading (ppm)")
     axes.set_xlabel(TIME)
-    _stages(axes, story, _spread(ppm))
+    _stages(axes, story, _axis_range(ppm))
     _legend(axes)
 
 
 def nose_error(axes: "Axes", story: Story, summary: Document) -> None:
-    """How far the nose was from where the calibrated filter and the bare encoders put it."""
+    """Plot the nose position error of the calibrated filter and of dead reckoning."""
     axes.set_title("Nose error", loc="left")
     if not len(story.truth):
         say(axes, "no truth in this log: the error is unknown")
@@ -87,7 +87,7 @@ def nose_error(axes: "Axes", story: Story, summary: Document) -> None:
 
 
 def say(axes: "Axes", text: str) -> None:
-    """An empty panel that says why."""
+    """Leave a panel empty but for a text that gives the reason."""
     axes.set_xticks([])
     axes.set_yticks([])
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center")
@@ -105,7 +105,7 @@ def _legend(axes: "Axes") -> None:
     )
 
 
-def _exploring(axes: "Axes", story: Story, until_s: float) -> None:
+def _exploration_label(axes: "Axes", story: Story, until_s: float) -> None:
     begin_s, end_s = story.search.begin_s, story.search.end_s
     if until_s - begin_s > 0.2 * (end_s - begin_s):
         middle = 0.5 * (until_s - begin_s) / (end_s - begin_s)
@@ -113,28 +113,28 @@ def _exploring(axes: "Axes", story: Story, until_s: float) -> None:
 
 
 def _stages(axes: "Axes", story: Story, spread: tuple[float, float]) -> None:
-    """Shade the stages and name them in rows above the data; one that took no simulated time cannot be seen."""
+    """Shade the stages and label them in rows above the data; a stage without simulated time cannot be seen."""
     low, high = spread
-    seen = [span for span in story.spans if span.end_s > span.begin_s]
-    names = [span.stage.replace("_", " ") for span in seen]
+    visible = [span for span in story.spans if span.end_s > span.begin_s]
+    names = [span.stage.replace("_", " ") for span in visible]
     widths = [_width_s(axes, name) for name in names]
-    middles = [max(0.5 * (span.begin_s + span.end_s), 0.5 * width) for span, width in zip(seen, widths, strict=True)]
+    middles = [max(0.5 * (span.begin_s + span.end_s), 0.5 * width) for span, width in zip(visible, widths, strict=True)]
     levels = rows(middles, widths)
-    tall = 0.13 * (high - low)  # of a row of names
-    axes.set_ylim(low, high + tall * (1 + max(levels, default=-1)))
-    for i, (span, name, level) in enumerate(zip(seen, names, levels, strict=True)):
+    row_height = 0.13 * (high - low)  # of a row of names
+    axes.set_ylim(low, high + row_height * (1 + max(levels, default=-1)))
+    for i, (span, name, level) in enumerate(zip(visible, names, levels, strict=True)):
         axes.axvspan(span.begin_s, span.end_s, color=SHADES[i % 2], lw=0, zorder=0)
-        axes.text(middles[i], high + tall * (level + 0.5), name, ha="center", va="center", fontsize=10)
+        axes.text(middles[i], high + row_height * (level + 0.5), name, ha="center", va="center", fontsize=10)
 
 
 def _width_s(axes: "Axes", name: str) -> float:
-    """About how many seconds of the axis a name covers: letters of 10 points are some 8 pixels wide."""
+    """Width of a label in seconds of the axis, about: letters of 10 points are some 8 pixels wide."""
     low, high = axes.get_xlim()
     return (8 * len(name) + 12) * (high - low) / axes.get_window_extent().width
 
 
-def _spread(ppm: Array) -> tuple[float, float]:
+def _axis_range(ppm: Array) -> tuple[float, float]:
     finite = ppm[np.isfinite(ppm)]
     low, high = (float(np.min(finite)), float(np.max(finite))) if len(finite) else (0.0, 1.0)
-    room = 0.05 * (high - low) or 1.0
-    return low - room, high + room
+    margin = 0.05 * (high - low) or 1.0
+    return low - margin, high + margin

@@ -1,4 +1,4 @@
-"""The words of a picture: what the run was and how it ended, from summary.json where there is one."""
+"""Titles of a figure: configuration and result of the run, from summary.json where there is one."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ Document = dict[str, Any]
 
 
 def read_summary(path: Path) -> Document:
-    """The summary of a run, {} if it has none; raises BadInput for a file that is something else."""
+    """Read the summary of a run, {} if it has none; raises BadInput for a file that is something else."""
     if not path.is_file():
         return {}
     try:
@@ -27,14 +27,14 @@ _REPAIR = "Remove it to draw the run from its log alone, or run the experiment a
 
 
 def headline(identity: Document, summary: Document) -> str:
-    """What the run was, e.g. `sensor ec, 5 DoF, air still, seed 3`; what nobody knows is left out."""
+    """Return the configuration of the run, e.g. `sensor ec, 5 DoF, air still, seed 3`; unknown entries are left out."""
     known = {**identity, **{key: value for key, value in summary.items() if value is not None}}
     words = [("sensor {}", "sensor"), ("{} DoF", "dof"), ("air {}", "air"), ("seed {}", "seed")]
     return ", ".join(pattern.format(known[key]) for pattern, key in words if key in known)
 
 
 def ending(summary: Document) -> str:
-    """What calibration was worth, e.g. `source error: cold start 85.0 mm -> calibrated 12.3 mm`; empty if nothing was scored."""
+    """Return the result, e.g. `source error: cold start 85.0 mm -> calibrated 12.3 mm`; empty if nothing was scored."""
     for key, what, factor, unit in (("source_error_m", "source error", 1e3, "mm"), ("bearing_error_deg", "bearing error", 1.0, "deg")):
         cold, calibrated = number(summary, "cold", key), number(summary, "calibrated", key)
         if cold is not None and calibrated is not None:
@@ -43,7 +43,7 @@ def ending(summary: Document) -> str:
 
 
 def number(summary: Document, *keys: str) -> float | None:
-    """A number deep in a summary, or None."""
+    """Return a nested number of a summary, or None."""
     value: Any = summary
     for key in keys:
         value = value.get(key) if isinstance(value, dict) else None

@@ -149,8 +149,7 @@ def lag_step(dt: float, tau: float) -> tuple[float, float, float]:
 def _lag_derivatives(
     df: Array, previous: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool
 ) -> None:
-    """Lag the derivatives: df follows dc = c grad as f follows c; `previous` is dc one step earlier. A joint's drift acts as t^2 / 2
-    times its offset."""
+    """Lag the derivatives: df follows dc = c grad as f follows c; `previous`: dc one step earlier. Drift acts as t^2 / 2 times offset."""
     size = len(grad)
     for j in range(size):
         dc = c * grad[j]

@@ -70,7 +70,7 @@ def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
 def _damped_step(
     problem: Problem, at: tuple[Array, Array, Prediction], whitening: Whitening, quadratic: tuple[Array, Array, float], damping: float
 ) -> tuple[Array, float, Prediction]:
-    """One damped step that does not raise the cost, the damping to start the next with, and the prediction; a zero step if there is none."""
+    """One damped step that does not raise the cost, the damping to start the next with, and the prediction; a zero step if none exists."""
     (u, root, current), (hessian, gradient, cost) = at, quadratic
     diagonal = np.diag(np.diag(hessian))
     while damping < 1e8:
@@ -95,7 +95,7 @@ def _result(problem: Problem, theta: Array, root: Array, noise: Fluctuation, exp
     cov[SOURCE, SOURCE] += discrepancy_m(problem, theta, white_rows[:, SOURCE], expected.along) ** 2 / 3.0 * np.eye(3)
     u = np.linalg.solve(root, theta - problem.mean)
     white = whitening.of(problem.residual(theta, expected.ppm)[:, None], variance)
-    fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi is a probability, not a density: no normalisation
+    fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi is no density
     return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm), problem.law)
 
 

@@ -1,4 +1,4 @@
-"""Errors and consistency of a source estimate; what a DoF cannot see is not scored."""
+"""Metrics of a source estimate: error, NEES and coverage; quantities that are unobservable at a DoF are not scored."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ COVERAGE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class SourceScore:
-    """Error in metres, or bearing error in degrees where the DoF cannot observe a position; NEES over its own dimension."""
+    """Score of a source estimate: error [m], or bearing error [deg] if the DoF cannot observe a position; NEES and its dimension."""
 
     source_error_m: float | None
     bearing_error_deg: float | None
@@ -22,7 +22,7 @@ class SourceScore:
 
     @property
     def inside_95(self) -> bool:
-        """Whether the truth lies in the 95 % region."""
+        """Whether the truth lies in the 95 % confidence region."""
         return bool(self.nees <= chdtri(self.dimension, 1.0 - COVERAGE))
 
 
@@ -32,26 +32,26 @@ def nees(error: Array, cov: Array) -> float:
 
 
 def score_source(mean: Array, cov: Array, truth: Array, arm: Arm) -> SourceScore:
-    """Position error for three or more joints; with one joint the azimuth, with two azimuth and elevation, seen from the shoulder."""
+    """Score the position for three or more joints; azimuth for one joint, azimuth and elevation for two, seen from the shoulder."""
     if arm.dof >= 3:
         return SourceScore(float(np.linalg.norm(mean - truth)), None, nees(mean - truth, cov), 3)
     origin = arm.shoulder
     angles, jacobian = bearing(mean - origin)
     true_angles, _ = bearing(truth - origin)
     difference = (angles - true_angles + np.pi) % (2 * np.pi) - np.pi
-    seen = arm.dof
-    spread = (jacobian @ cov @ jacobian.T)[:seen, :seen]
-    error = np.degrees(_great_circle(mean - origin, truth - origin)) if seen == 2 else abs(np.degrees(difference[0]))
-    return SourceScore(None, float(error), nees(difference[:seen], spread), seen)
+    dimension = arm.dof
+    angle_cov = (jacobian @ cov @ jacobian.T)[:dimension, :dimension]
+    error = np.degrees(_great_circle(mean - origin, truth - origin)) if dimension == 2 else abs(np.degrees(difference[0]))
+    return SourceScore(None, float(error), nees(difference[:dimension], angle_cov), dimension)
 
 
 def bearing(d: Array) -> tuple[Array, Array]:
     """Azimuth and elevation (2,) rad of a direction (3,), and their Jacobian (2, 3)."""
     x, y, z = d
-    flat2 = max(x * x + y * y, 1e-12)
-    flat, r2 = np.sqrt(flat2), max(float(d @ d), 1e-12)
-    angles = np.array([np.arctan2(y, x), np.arctan2(z, flat)])
-    return angles, np.array([[-y / flat2, x / flat2, 0.0], [-x * z / (flat * r2), -y * z / (flat * r2), flat / r2]])
+    rho2 = max(x * x + y * y, 1e-12)
+    rho, r2 = np.sqrt(rho2), max(float(d @ d), 1e-12)
+    angles = np.array([np.arctan2(y, x), np.arctan2(z, rho)])
+    return angles, np.array([[-y / rho2, x / rho2, 0.0], [-x * z / (rho * r2), -y * z / (rho * r2), rho / r2]])
 
 
 def _great_circle(a: Array, b: Array) -> float:
@@ -60,5 +60,5 @@ def _great_circle(a: Array, b: Array) -> float:
 
 
 def rms(values: list[float]) -> float | None:
-    """Root mean square; None of nothing."""
+    """Root mean square; None if `values` is empty."""
     return float(np.sqrt(np.mean(np.square(values)))) if values else None

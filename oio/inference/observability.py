@@ -1,8 +1,8 @@
-"""What the motion cannot see, in words: directions that the readings do not narrow, and the twin that smells alike.
+"""Observability of the source along the executed path, as sentences: unobservable directions, and ambiguous (mirror, inverse) points.
 
-The rank test scales the information of the whitened readings by the prior's standard deviations; a direction of (source, ln strength) whose
-posterior standard deviation is nearly that of the prior was not seen. A nose that stays in a plane leaves the mirror point, and one that
-stays on a sphere the inverse point c + R^2 (s - c) / |s - c|^2: whole fields are equal there, which no derivative tells.
+The rank test scales the Fisher information of the whitened readings by the prior's standard deviations; a direction of (source, ln
+strength) whose posterior standard deviation is nearly that of the prior is unobservable. A nose path in a plane leaves the mirror point as
+an ambiguity, and one on a sphere the inverse point c + R^2 (s - c) / |s - c|^2: the whole fields are equal, which no derivative shows.
 """
 
 import numpy as np
@@ -17,76 +17,78 @@ from oio.inference.prior import Prior
 from oio.kinematics.arm import Arm
 
 AXES = ("bearing", "distance", "height", "strength")
-NAMED = 0.3  # of an unseen direction of length 1: a smaller part is not named
-MOVES_WITH = 0.25  # of the strength's variance: so much of it goes with the direction, and the strength is named too
-THIN_M = 0.005  # a path that is thinner lies in a plane (or on a sphere): free play and drift make it as thick
+NAMED = 0.3  # smaller components of an unobservable unit direction are not named
+MOVES_WITH = 0.25  # share of the strength's variance along a direction, above which the strength is named too
+THIN_M = 0.005  # a thinner path lies in a plane (or on a sphere): backlash and drift account for this thickness
 
 Ambiguity = tuple[str, Array]
 
 
 def unobservable(sniffs: Sniffs, known: Prior, hypotheses: tuple[Fit, ...], narrowed: float) -> tuple[str, ...]:
-    """Sentences for a verdict, none if all was seen; a posterior over prior standard deviation above `narrowed` counts as unseen."""
+    """Sentences for a verdict, none if all is observable; above `narrowed`, posterior over prior standard deviation is unobservable."""
     best, arm = hypotheses[0], known.model.arm
-    told = known.model.law.ln_strength is not None
-    ratios, directions, shares = (_of_source if told else _of_both)(*_before_and_after(sniffs, known, best.mean))
-    unseen = [_unseen(directions[:3, i], float(shares[i]), arm, told) for i in range(len(ratios)) if ratios[i] > narrowed]
-    pair = ambiguous_point(arm.nose(sniffs.q[sniffs.at]), best.source)
-    return (*dict.fromkeys(unseen), *_describe_ambiguity(pair, best, arm), *_describe_hypotheses(pair, hypotheses))
+    known_strength = known.model.law.ln_strength is not None
+    ratios, directions, shares = (_source_ratios if known_strength else _joint_ratios)(*_prior_and_posterior(sniffs, known, best.mean))
+    sentences = [
+        _describe_direction(directions[:3, i], float(shares[i]), arm, known_strength) for i in range(len(ratios)) if ratios[i] > narrowed
+    ]
+    ambiguity = ambiguous_point(arm.nose(sniffs.q[sniffs.at]), best.source)
+    return (*dict.fromkeys(sentences), *_describe_ambiguity(ambiguity, best, arm), *_describe_hypotheses(ambiguity, hypotheses))
 
 
 def narrowing(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
-    """Posterior over prior standard deviation (4,), ascending, in directions (columns of (4, 4)) along AXES as seen from the shoulder."""
-    return _ratios(*_before_and_after(sniffs, known, theta))
+    """Ratios of posterior to prior standard deviation (4,), ascending, and directions (columns of (4, 4)) in AXES from the shoulder."""
+    return _ratios(*_prior_and_posterior(sniffs, known, theta))
 
 
-def _of_both(before: Array, after: Array) -> tuple[Array, Array, Array]:
-    """`narrowing`, and the share (4,) that each direction has in the strength's variance."""
-    ratios, directions = _ratios(before, after)
-    part = (ratios * directions[3]) ** 2
-    return ratios, directions, part / np.sum(part)
+def _joint_ratios(prior: Array, posterior: Array) -> tuple[Array, Array, Array]:
+    """`narrowing`, and the share (4,) of the strength's variance along each direction."""
+    ratios, directions = _ratios(prior, posterior)
+    variance = (ratios * directions[3]) ** 2
+    return ratios, directions, variance / np.sum(variance)
 
 
-def _of_source(before: Array, after: Array) -> tuple[Array, Array, Array]:
-    """The same of the source alone (3,), (3, 3), for a strength that was told is not to be found; the share (3,) is the squared
-    correlation of each direction with it: what would be gained if it were told better."""
-    ratios, directions = _ratios(before[:3, :3], after[:3, :3])
-    with_strength = directions.T @ (after[:3, 3] / np.sqrt(np.diag(before)[:3]))
-    return ratios, directions, with_strength**2 / (np.maximum(ratios, 1e-12) ** 2 * after[3, 3])
+def _source_ratios(prior: Array, posterior: Array) -> tuple[Array, Array, Array]:
+    """The same for the source alone (3,), (3, 3), if the strength is configured; the share (3,) is the squared correlation of each
+    direction with the strength: what a more certain strength would gain."""
+    ratios, directions = _ratios(prior[:3, :3], posterior[:3, :3])
+    with_strength = directions.T @ (posterior[:3, 3] / np.sqrt(np.diag(prior)[:3]))
+    return ratios, directions, with_strength**2 / (np.maximum(ratios, 1e-12) ** 2 * posterior[3, 3])
 
 
-def _ratios(before: Array, after: Array) -> tuple[Array, Array]:
-    spread = np.sqrt(np.diag(before))
-    values, directions = np.linalg.eigh(after / np.outer(spread, spread))
+def _ratios(prior: Array, posterior: Array) -> tuple[Array, Array]:
+    sd = np.sqrt(np.diag(prior))
+    values, directions = np.linalg.eigh(posterior / np.outer(sd, sd))
     return np.sqrt(np.maximum(values, 0.0)), directions
 
 
-def _before_and_after(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
-    """Covariances (4, 4) along AXES, by the prior and with the readings."""
+def _prior_and_posterior(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
+    """Prior and posterior covariance (4, 4) in AXES."""
     problem = search_problem(sniffs, known)
     expected, scale = problem.predict(theta), np.sqrt(np.diag(problem.cov))
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows * scale
-    prior = problem.cov / np.outer(scale, scale)
-    posterior = np.outer(scale, scale) * np.linalg.inv(rows.T @ rows + np.linalg.inv(prior))
-    turn = _axes(theta[SOURCE] - known.model.arm.shoulder)
-    return turn @ problem.cov[:4, :4] @ turn.T, turn @ posterior[:4, :4] @ turn.T
+    scaled_prior = problem.cov / np.outer(scale, scale)
+    posterior = np.outer(scale, scale) * np.linalg.inv(rows.T @ rows + np.linalg.inv(scaled_prior))
+    rotation = _axes_rotation(theta[SOURCE] - known.model.arm.shoulder)
+    return rotation @ problem.cov[:4, :4] @ rotation.T, rotation @ posterior[:4, :4] @ rotation.T
 
 
-def _axes(d: Array) -> Array:
-    """Rows (4, 4): sideways, outwards, up, and ln strength as it stands, for a source at d (3,) m from the shoulder."""
+def _axes_rotation(d: Array) -> Array:
+    """Rotation to AXES (4, 4), rows sideways, outwards, up, and ln strength, for a source at d (3,) [m] from the shoulder."""
     out = np.array([d[0], d[1], 0.0]) / max(float(np.hypot(d[0], d[1])), 1e-9)
-    turn = np.eye(4)
-    turn[0, :3], turn[1, :3] = (-out[1], out[0], 0.0), out
-    return turn
+    rotation = np.eye(4)
+    rotation[0, :3], rotation[1, :3] = (-out[1], out[0], 0.0), out
+    return rotation
 
 
-def _unseen(direction: Array, strength_share: float, arm: Arm, told: bool) -> str:
+def _describe_direction(direction: Array, strength_share: float, arm: Arm, strength_known: bool) -> str:
     names = [axis for axis, part in zip(AXES[:3], direction, strict=True) if abs(part) > NAMED]
     names += ["strength"] if strength_share > MOVES_WITH or not names else []
-    tell = "better (range_law.ln_strength_u)" if told else "(range_law.ln_strength and range_law.ln_strength_u)"
-    more = f" or tell the strength {tell}" if "strength" in names else ""
+    how = "better (range_law.ln_strength_u)" if strength_known else "(range_law.ln_strength and range_law.ln_strength_u)"
+    or_strength = f" or tell the strength {how}" if "strength" in names else ""
     if len(names) == 1:
-        return f"{names[0]} cannot be found with dof={arm.dof}: {_remedy(arm)}{more}."
-    return f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart with dof={arm.dof}: {_remedy(arm)}{more}."
+        return f"{names[0]} cannot be found with dof={arm.dof}: {_remedy(arm)}{or_strength}."
+    return f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart with dof={arm.dof}: {_remedy(arm)}{or_strength}."
 
 
 def _remedy(arm: Arm) -> str:
@@ -97,11 +99,11 @@ def _remedy(arm: Arm) -> str:
 
 
 def ambiguous_point(noses: Array, source: Array) -> Ambiguity | None:
-    """What smells alike because the noses (m, 3) m lie in a plane or on a sphere, and where it is; None if they do not."""
-    middle = noses.mean(axis=0)
-    _, spread, across = np.linalg.svd(noses - middle, full_matrices=False)
-    if spread[2] < THIN_M * np.sqrt(len(noses)):
-        return "mirror", source - 2.0 * float((source - middle) @ across[2]) * across[2]
+    """Mirror or inverse point, with equal readings because the nose positions (m, 3) [m] lie in a plane or on a sphere; else None."""
+    mean = noses.mean(axis=0)
+    _, singular_values, axes = np.linalg.svd(noses - mean, full_matrices=False)
+    if singular_values[2] < THIN_M * np.sqrt(len(noses)):
+        return "mirror", source - 2.0 * float((source - mean) @ axes[2]) * axes[2]
     rows = np.column_stack([2.0 * noses, np.ones(len(noses))])
     centre = np.linalg.lstsq(rows, np.sum(noses**2, axis=1), rcond=None)[0][:3]
     r = np.linalg.norm(noses - centre, axis=1)
@@ -111,25 +113,27 @@ def ambiguous_point(noses: Array, source: Array) -> Ambiguity | None:
     return "inverse", centre + float(np.mean(r)) ** 2 * d / max(float(d @ d), 1e-12)
 
 
-def _describe_ambiguity(pair: Ambiguity | None, best: Fit, arm: Arm) -> tuple[str, ...]:
-    """The twin, unless it lies within the region of the source itself."""
-    if pair is None or np.linalg.norm(pair[1] - best.source) < np.sqrt(np.trace(best.source_cov)):
+def _describe_ambiguity(ambiguity: Ambiguity | None, best: Fit, arm: Arm) -> tuple[str, ...]:
+    """Sentence on the ambiguous point, unless it lies within the region of the source itself."""
+    if ambiguity is None or np.linalg.norm(ambiguity[1] - best.source) < np.sqrt(np.trace(best.source_cov)):
         return ()
-    kind, place = pair
+    kind, place = ambiguity
     surface = "the plane" if kind == "mirror" else "the sphere"
     inside = bool(np.all(place >= arm.box_low_m) and np.all(place <= arm.box_high_m))
-    ruled = "" if inside else "; that it lies outside the arm's box is all that speaks against it"
-    return (f"the {kind} point {_place(place)} on the other side of {surface} of the nose's path smells alike{ruled}: {_remedy(arm)}.",)
+    ruled = "" if inside else "; it is ruled out only by the workspace box"
+    return (
+        f"the {kind} point {_point(place)} on the other side of {surface} of the nose's path gives equal readings{ruled}: {_remedy(arm)}.",
+    )
 
 
 def _describe_hypotheses(pair: Ambiguity | None, hypotheses: tuple[Fit, ...]) -> tuple[str, ...]:
-    """Every hypothesis beside the best, and whether it is the twin."""
+    """Sentence on every hypothesis besides the best, and whether it is the ambiguous point."""
     best, out = hypotheses[0].source, list[str]()
     for other in (fit.source for fit in hypotheses[1:]):
         near = pair is not None and np.linalg.norm(pair[1] - other) < 0.5 * np.linalg.norm(best - other)
-        out.append(f"two places fit alike, {_place(best)} and {_place(other)}{f', its {pair[0]} point' if pair and near else ''}.")
+        out.append(f"two places fit alike, {_point(best)} and {_point(other)}{f', its {pair[0]} point' if pair and near else ''}.")
     return tuple(out)
 
 
-def _place(p: Array) -> str:
+def _point(p: Array) -> str:
     return f"({p[0]:.2f}, {p[1]:.2f}, {p[2]:.2f}) m"

@@ -1,4 +1,4 @@
-"""What a filter may know before it searches: calibrated by the stages, or cold from data sheets and nominal models."""
+"""Prior of the filter before the search: calibrated by the stages, or cold from data sheets and nominal models."""
 
 from dataclasses import dataclass, replace
 
@@ -14,28 +14,28 @@ from oio.inference.state_space import ProcessNoise, StateSpace
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
 
-FIXED = 1e-6  # standard deviation, in each parameter's unit, of what is taken as known
+FIXED = 1e-6  # standard deviation, in its own unit, of a parameter that is taken as known
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """A prior of the batch parameters (mean (P,), cov (P, P)), and the model that the filter goes on with."""
+    """Prior of the batch parameters theta (mean (P,), cov (P, P)), and the state-space model of the filter."""
 
     mean: Array
     cov: Array
     model: StateSpace
-    delay_s: float = 0.0  # how late readings are stamped: see `oio.gas.timing`
+    delay_s: float = 0.0  # time delay of the gas stamps [s]: see `oio.gas.timing`
 
     @property
     def layout(self) -> ParameterLayout:
-        """Of mean and cov."""
+        """Index layout of mean and cov."""
         return ParameterLayout(self.model.arm.dof, self.model.elements)
 
 
 @settings
 class Nominal:
-    """Data-sheet figures: lag [s], offsets and their standard uncertainty [ppm], and how far gains and lags of specimens differ (ln);
-    how late readings are stamped [s]."""
+    """Data-sheet values: lag [s], offsets and their standard uncertainty [ppm], specimen spread of gains and lags (standard deviation
+    of ln), and time delay of the gas stamps [s]."""
 
     rise_s: float
     fall_s: float
@@ -49,30 +49,29 @@ class Nominal:
     delay_u_s: float  # standard uncertainty; 0: the delay is known, and calibration does not look for it
 
     def check(self) -> None:
-        """Refuse readings that come before the gas."""
+        """Raise BadInput for a delay or its uncertainty outside 0 to 10 s."""
         in_range(self, delay_s=(0.0, 10.0), delay_u_s=(0.0, 10.0))
 
 
 def nominal_prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
-    """Mean and cov of theta before any fit; the source is anywhere in the arm's box, ln strength anything (see `forget_source`): one
-    that was told
-    is that of the source to be found, and the first fit is of the beacon."""
+    """Prior mean and cov of theta before any fit, with the source anywhere in the workspace box and ln strength unknown (see
+    `forget_source`): a configured strength is that of the source to be found, and the first fit is of the beacon."""
     lay = ParameterLayout(arm.dof, nominal.elements)
     mean, sd = np.zeros(lay.size), np.zeros(lay.size)
     mean[lay.exponent], sd[lay.exponent] = law.exponent, law.exponent_u
     sd[lay.wind] = law.wind_per_m_u, law.wind_per_m_u, law.lift_per_m_u
     sd[lay.thinning] = law.thinning_per_m_u
     sd[lay.offset] = np.radians(np.hypot(arm.homing_u_deg, arm.backlash_deg / 2)) + FIXED
-    sd[lay.drift] = np.radians(arm.encoder_drift_deg_s2) / np.sqrt(3.0) + 1e-9  # a bound is a rectangle (GUM 4.3.7)
+    sd[lay.drift] = np.radians(arm.encoder_drift_deg_s2) / np.sqrt(3.0) + 1e-9  # a bound is a rectangular distribution (GUM 4.3.7)
     sd[lay.gain] = nominal.gain_u
-    sd[lay.gain.start] = FIXED  # the first element is the scale; the strength takes up its gain
+    sd[lay.gain.start] = FIXED  # the first element is the reference; the strength absorbs its gain
     sd[lay.tau] = nominal.tau_u
     mean[lay.baseline], sd[lay.baseline] = offsets, offsets_u
     return forget_source(mean, np.diag(sd**2), arm, law.with_unknown_strength())
 
 
 def forget_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:
-    """The same prior with the source forgotten: anywhere in the nose's box (a rectangle per axis), ln strength about `ln_strength`."""
+    """Return the prior with the source reset: rectangular over the workspace box on each axis, ln strength about `ln_strength`."""
     low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
     mean, cov = np.array(mean), np.array(cov)
     cov[: LN_STRENGTH + 1, :] = cov[:, : LN_STRENGTH + 1] = 0.0
@@ -83,7 +82,7 @@ def forget_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength:
 
 
 def cold_prior(arm: Arm, law: RangeLaw, process_noise: ProcessNoise, nominal: Nominal) -> Prior:
-    """The same filter without calibration: nominal range law, unit gains, nominal lag and offsets, data-sheet noise."""
+    """Prior without calibration (cold start): nominal range law, unit gains, nominal lag and offsets, data-sheet noise."""
     offsets = np.full(nominal.elements, nominal.background_ppm)
     fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED, thinning_per_m_u=FIXED)
     figures = replace(nominal, gain_u=FIXED, tau_u=FIXED)
@@ -96,18 +95,18 @@ def cold_prior(arm: Arm, law: RangeLaw, process_noise: ProcessNoise, nominal: No
 
 
 def calibrated_prior(fit: Fit, arm: Arm, process_noise: ProcessNoise, nominal: Nominal, noise: Noise) -> Prior:
-    """What the fit on the known source taught, but for the source itself.
+    """Prior from the fit on the beacon (known source), with the source itself reset.
 
-    Where the repeats missed by more than their covariances said, all that a reading may stray by is inflated alike: the next source is
-    found with the same sensor in the same air.
+    If the errors of the repeats exceed their covariances, all noise of a reading is inflated alike: the next source is located with the
+    same sensor in the same air.
     """
-    more = float(np.sqrt(noise.inflation))
-    fl = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=more * fit.fluctuation.gamma)
-    jitter_m = min(more * fit.law.nose_jitter_m, MAX_NOSE_JITTER_M)
-    law = replace(fit.law, model_discrepancy=min(more * fit.law.model_discrepancy, MAX_DISCREPANCY), nose_jitter_m=jitter_m)
+    inflation_sd = float(np.sqrt(noise.inflation))
+    gas = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=inflation_sd * fit.fluctuation.gamma)
+    jitter_m = min(inflation_sd * fit.law.nose_jitter_m, MAX_NOSE_JITTER_M)
+    law = replace(fit.law, model_discrepancy=min(inflation_sd * fit.law.model_discrepancy, MAX_DISCREPANCY), nose_jitter_m=jitter_m)
     mean, cov = forget_source(fit.mean, noise.inflation * fit.cov, arm, fit.law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))
-    model = StateSpace(arm, law, process_noise, nominal.rise_s * factor, nominal.fall_s * factor, gain, fl, nominal.sigma_ppm, noise)
+    model = StateSpace(arm, law, process_noise, nominal.rise_s * factor, nominal.fall_s * factor, gain, gas, nominal.sigma_ppm, noise)
     return Prior(mean, cov, model, nominal.delay_s)

@@ -1,4 +1,4 @@
-"""The state of olfactory inertial odometry, how it moves, and what a reading says of it.
+"""State-space model of olfactory inertial odometry: state vector, transition with process noise, and measurement model.
 
 x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | u 1/m | b (E) ppm | f ppm | m)
 
@@ -25,20 +25,20 @@ from oio.kinematics.arm import Arm
 
 @settings
 class ProcessNoise:
-    """How fast things that are nearly constant may change: densities of random walks."""
+    """Process noise of slowly varying states: random-walk densities."""
 
-    offset_deg_sqrt_s: float  # of the joint offsets: the free play turns over [deg / sqrt(s)]
+    offset_deg_sqrt_s: float  # of the joint offsets: reversal of the backlash [deg / sqrt(s)]
     drift_deg_s2_sqrt_s: float  # of the encoders' acceleration [deg / s^2 / sqrt(s)]
     strength_sqrt_s: float  # of ln strength [1 / sqrt(s)]
     exponent_sqrt_s: float  # of the range exponent
     wind_per_m_sqrt_s: float  # of k [1 / m / sqrt(s)]
-    still_rad_s: float  # a joint slower than this stands still: velocities are differences of counts
+    still_rad_s: float  # a joint slower than this is at rest: velocities are differences of counts
     baseline_sigmas_sqrt_s: float  # of the offsets, in standard deviations of one reading
 
 
 @dataclass(frozen=True)
 class StateSpace:
-    """Everything a filter needs to know; immutable."""
+    """State-space model of the filter: arm, range law, lag, gains and noise; immutable."""
 
     arm: Arm
     law: RangeLaw
@@ -52,7 +52,7 @@ class StateSpace:
 
     @property
     def elements(self) -> int:
-        """Elements of the sensor."""
+        """Number of sensor elements."""
         return len(self.gain)
 
     @cached_property
@@ -62,7 +62,7 @@ class StateSpace:
 
     @cached_property
     def at(self) -> dict[str, slice]:
-        """Where each block lies."""
+        """Slice of each block in the state."""
         n, names, where = self.arm.dof, {}, 0
         sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "u": 1, "b": self.elements, "f": 1, "m": 1}
         for block, size in sizes.items():
@@ -72,27 +72,27 @@ class StateSpace:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """A name per state."""
+        """Name of each state."""
         joints = [f"{what}_{joint}" for what in ("offset", "rate", "acceleration") for joint in self.arm.names]
         rest = ["source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning"]
         return (*joints, *rest, *(f"baseline_{e}" for e in range(self.elements)), "lagged", "fluctuation")
 
     @cached_property
     def units(self) -> tuple[str, ...]:
-        """A unit per state."""
+        """Unit of each state."""
         n = self.arm.dof
         joints = ["rad"] * n + ["rad/s"] * n + ["rad/s^2"] * n
         return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
 
     def begin(self, fit: Fit, t_ns: int, measurements: int) -> Belief:
-        """The belief of a batch fit of so many measurements at time t, drift carried there exactly; P0 widened as the assembly says."""
+        """Initial belief from a batch fit of `measurements` measurements, drift propagated exactly to t_ns; P0 widened by the assembly."""
         n, lay, t = self.arm.dof, fit.layout, seconds(t_ns)
-        eye, to = np.eye(n), np.zeros((self.size, lay.size))
-        to[self.at["o"], lay.offset], to[self.at["o"], lay.drift] = eye, 0.5 * t * t * eye
-        to[self.at["v"], lay.drift], to[self.at["a"], lay.drift] = t * eye, eye
-        to[self.at["s"].start : self.at["b"].start, :LAW] = np.eye(LAW)
-        to[self.at["b"], lay.baseline] = np.eye(self.elements)
-        mean, cov = to @ fit.mean, to @ fit.cov @ to.T
+        eye, transform = np.eye(n), np.zeros((self.size, lay.size))
+        transform[self.at["o"], lay.offset], transform[self.at["o"], lay.drift] = eye, 0.5 * t * t * eye
+        transform[self.at["v"], lay.drift], transform[self.at["a"], lay.drift] = t * eye, eye
+        transform[self.at["s"].start : self.at["b"].start, :LAW] = np.eye(LAW)
+        transform[self.at["b"], lay.baseline] = np.eye(self.elements)
+        mean, cov = transform @ fit.mean, transform @ fit.cov @ transform.T
         f, m, fl = self.at["f"].start, self.at["m"].start, self.fluctuation
         mean[f] = fit.lagged_ppm
         cov[f, f] = (fl.gamma * fit.lagged_ppm) ** 2 + self.sigma_ppm**2
@@ -103,15 +103,15 @@ class StateSpace:
         return Belief(t_ns, mean, cov)
 
     def nose(self, belief: Belief, joints: JointState) -> tuple[Array, Array]:
-        """Where the nose is believed to be: (3,) m and (3, 3) m^2."""
+        """Estimated nose position (3,) [m] and its covariance (3, 3) [m^2]."""
         o = self.at["o"]
         p, jac = self.arm.nose_jacobian(joints.q - belief.mean[o])
         return p, jac @ belief.cov[o, o] @ jac.T
 
     def transition(self, x: Array, dt_s: float, joints: JointState) -> tuple[Array, Array, Array]:
-        """x (N,) after dt_s with the encoders at `joints`, its Jacobian F (N, N), and Q (N, N).
+        """State transition: x (N,) after dt_s with the encoders at `joints`, its Jacobian F (N, N), and process noise Q (N, N).
 
-        F takes how much and how fast the gas fluctuates as given; that they depend on where the source is, is left out (exact at m = 0).
+        F takes amplitude and rate of the gas fluctuation as constant; their dependence on the source is neglected (exact at m = 0).
         """
         at, n, fl = self.at, self.arm.dof, self.fluctuation
         i, s, m = at["f"].start, at["s"].start, at["m"].start
@@ -120,39 +120,39 @@ class StateSpace:
         new[at["o"]] += dt_s * x[at["v"]] + 0.5 * dt_s**2 * x[at["a"]]
         new[at["v"]] += dt_s * x[at["a"]]
         jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
-        p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midway: a step has one concentration
+        p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midpoint: concentration is constant over a step
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
         field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + EXPONENT]))
-        swing = c * fl.height(field)
-        tau = np.array([self.rise_s if c[0] + swing[0] * x[m] > x[i] else self.fall_s])
-        step = lagged_ou_steps(np.array([dt_s]), tau, 1.0 / fl.rate(field), swing, fl.gamma**2)[0]
-        phi, to, keep = step[:3]
-        new[i] = phi * x[i] + (1.0 - phi) * c[0] + to * x[m]
+        amplitude = c * fl.height(field)
+        tau = np.array([self.rise_s if c[0] + amplitude[0] * x[m] > x[i] else self.fall_s])
+        step = lagged_ou_steps(np.array([dt_s]), tau, 1.0 / fl.rate(field), amplitude, fl.gamma**2)[0]
+        phi, coupling, keep = step[:3]
+        new[i] = phi * x[i] + (1.0 - phi) * c[0] + coupling * x[m]
         new[m] = keep * x[m]
-        felt = (1.0 - phi) * c[0] + to * x[m]  # both parts go with c
-        by_o = felt * grad[0, SOURCE] @ jac
-        jacobian[i, s : s + LAW] = felt * grad[0]
+        f_by_ln_c = (1.0 - phi) * c[0] + coupling * x[m]  # both parts are proportional to c
+        by_o = f_by_ln_c * grad[0, SOURCE] @ jac
+        jacobian[i, s : s + LAW] = f_by_ln_c * grad[0]
         jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
-        jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, to, keep
+        jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, coupling, keep
         q = np.diag(self.process_noise_diagonal(dt_s))
         if self.process_noise.drift_deg_s2_sqrt_s > 0.0:
-            q[: 3 * n, : 3 * n] += np.kron(self._wandering_drift(dt_s), np.eye(n))
+            q[: 3 * n, : 3 * n] += np.kron(self._drift_process_noise(dt_s), np.eye(n))
         q[i, i], q[i, m], q[m, i], q[m, m] = step[3], step[4], step[4], step[5]
         return new, jacobian, q
 
     def _speed(self, jac: Array, joints: JointState) -> Array:
-        """Of the nose (1,) m/s; a joint slower than one count per sample stands still."""
+        """Speed of the nose (1,) [m/s]; a joint slower than one count per sample is at rest."""
         moving = np.abs(joints.dq) > self.process_noise.still_rad_s
         return np.array([np.linalg.norm(jac @ (joints.dq * moving))])
 
-    def _wandering_drift(self, dt_s: float) -> Array:
-        """Q (3, 3) of offset, rate and acceleration of a joint whose acceleration walks at random (Van Loan 1978, in closed form)."""
+    def _drift_process_noise(self, dt_s: float) -> Array:
+        """Q (3, 3) of offset, rate and acceleration of a joint whose acceleration is a random walk (Van Loan 1978, in closed form)."""
         t = dt_s
         shape = np.array([[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]])
         return np.asarray(np.radians(self.process_noise.drift_deg_s2_sqrt_s) ** 2 * shape)
 
     def process_noise_diagonal(self, dt_s: float) -> Array:
-        """Diagonal of Q (N,) over dt_s of everything that walks at random by itself."""
+        """Diagonal of Q (N,) over dt_s for all independent random walks."""
         w, at = self.process_noise, self.at
         q = np.zeros(self.size)
         q[at["o"]] = np.radians(w.offset_deg_sqrt_s) ** 2 * dt_s
@@ -165,26 +165,26 @@ class StateSpace:
 
     @cached_property
     def constants(self) -> "StepConstants":
-        """What `oio.estimators.propagation_kernel` wants of the model."""
-        law, fl, once = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
+        """Constants of the model for `oio.estimators.propagation_kernel`."""
+        law, fl, per_step = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
         gas = GasConstants(
             law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_jitter_m, law.model_discrepancy,
             self.process_noise.still_rad_s,
         )  # fmt: skip
         drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
-        return StepConstants(gas, np.array([once, self.process_noise_diagonal(1.0) - once]), drift)
+        return StepConstants(gas, np.array([per_step, self.process_noise_diagonal(1.0) - per_step]), drift)
 
     def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
-        """Expected reading [ppm], its Jacobian H (N,), and R [ppm^2]: the variance of one fresh reading, or the assembly's."""
+        """Measurement model: predicted reading [ppm], Jacobian H (N,), and R [ppm^2], variance of a single reading or the assembly's."""
         e, i = reading.element, self.at["f"].start
         row = np.zeros(self.size)
         row[i], row[self.at["b"].start + e] = self.gain[e], 1.0
-        fresh = self.fluctuation.scale * reading.sigma_ppm**2
-        return float(row @ x), row, fresh if self.noise.r_ppm2 is None else self.noise.r_ppm2
+        single_ppm2 = self.fluctuation.scale * reading.sigma_ppm**2
+        return float(row @ x), row, single_ppm2 if self.noise.r_ppm2 is None else self.noise.r_ppm2
 
 
 class GasConstants(NamedTuple):
-    """Law, lag and fluctuation."""
+    """Constants of range law, lag and fluctuation."""
 
     r_ref_m: float
     radius_m: float
@@ -198,8 +198,8 @@ class GasConstants(NamedTuple):
 
 
 class StepConstants(NamedTuple):
-    """What a step of any filter needs besides the state: `walk` (2, N) is the variance that walks per step and per second."""
+    """Constants of a filter step: `walk` (2, N) is the random-walk variance per step and per second."""
 
     gas: GasConstants
     walk: Array
-    drift: float  # density of the encoders' acceleration [rad^2/s^4/s]
+    drift: float  # random-walk density of the encoders' acceleration [rad^2/s^4/s]

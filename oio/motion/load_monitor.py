@@ -1,4 +1,4 @@
-"""Load and temperature limits of servos: a joint that is stalled for a second or two, or hot, is told."""
+"""Load and temperature limits of servos: detects a joint that is stalled for a second or two, or too hot."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.core.records import Array
 
-MAX_INTERVAL_S = 0.2  # of load that one reading stands for, at most: nobody knows what was before it
+MAX_INTERVAL_S = 0.2  # that one reading of load stands for, at most: what was before it is unknown
 
 
 class LoadLimits(NamedTuple):
@@ -19,18 +19,18 @@ class LoadLimits(NamedTuple):
 
 
 class LoadMonitor:
-    """Load above `limits.load` adds up with time, load below it counts off; so a push that a move needs is no stall."""
+    """Integrates load above `limits.load` and subtracts load below it, so that the short peak of an acceleration is no stall."""
 
     def __init__(self, limits: LoadLimits, names: tuple[str, ...]) -> None:
         self._limits, self._names = limits, names
-        self._felt_s, self._excess_s = np.inf, np.zeros(len(names))
+        self._last_s, self._excess_s = np.inf, np.zeros(len(names))
 
-    def feel(self, t_s: float, load: Array, temperature: Array | None) -> str | None:
-        """What is too much with load (n,), -1 to 1, and temperature (n,) degC at t_s; NaN where something is not known."""
+    def check(self, t_s: float, load: Array, temperature: Array | None) -> str | None:
+        """The overload in words, if any, with load (n,), -1 to 1, and temperature (n,) degC at t_s; NaN where unknown."""
         loads = self._read("loads", load)
         hot = self._read("temperatures", np.full(len(self._names), np.nan) if temperature is None else temperature)
-        for_s = min(max(t_s - self._felt_s, 0.0), MAX_INTERVAL_S)
-        self._felt_s = t_s
+        for_s = min(max(t_s - self._last_s, 0.0), MAX_INTERVAL_S)
+        self._last_s = t_s
         known = np.where(np.isnan(loads), self._limits.load, np.minimum(np.abs(loads), 1.0))
         self._excess_s = np.maximum(self._excess_s + (known - self._limits.load) * for_s, 0.0)
         return self._too_hot(hot) or self._too_long()

@@ -1,4 +1,7 @@
-"""A way as it is gone along by a clock that may be late or turned back: the arm is then late, it never jumps."""
+"""The trajectory of the set-point along a planned path, with a clock that may be late, jump or run backwards: the arm is then late.
+
+Between two commands to the arm the set-point advances by at most `step_s` of path time, so it never jumps.
+"""
 
 import math
 
@@ -7,33 +10,33 @@ from oio.motion.path_planning import JointPath, duration_s, joints_at
 
 
 class Trajectory:
-    """Where the set-point is. It goes along its way by `step_s` seconds at most between two commands to the arm."""
+    """The set-point in time. It stands still until it is given a path to follow."""
 
     def __init__(self, q_rad: Array, step_s: float) -> None:
         self.q, self._step_s = q_rad, step_s  # (n,) rad
-        self.now_s = -math.inf  # when it was last looked at
-        self._way = JointPath()
+        self.now_s = -math.inf  # time of the last call
+        self._path = JointPath()
         self._began_s = self._elapsed_s = self._lost_s = self._spent_s = 0.0
 
     @property
     def moving(self) -> bool:
-        """Whether it is on its way still."""
-        return bool(self._way)
+        """Whether the set-point has not reached the end of its path."""
+        return bool(self._path)
 
-    def take(self, way: JointPath) -> None:
-        """Go along another way from now on; it begins where the set-point is."""
-        self._way, self._began_s, self._elapsed_s, self._lost_s = way, self.now_s, 0.0, 0.0
+    def follow(self, path: JointPath) -> None:
+        """Follow another path from now on; it must begin at the set-point."""
+        self._path, self._began_s, self._elapsed_s, self._lost_s = path, self.now_s, 0.0, 0.0
 
-    def given(self, t_s: float) -> Array:
-        """The set-point (n,) at t_s, which is now commanded to the arm."""
-        self.go_on(t_s)
+    def command(self, t_s: float) -> Array:
+        """The set-point (n,) rad at t_s, which is now sent to the arm."""
+        self.advance(t_s)
         self._spent_s = 0.0
         return self.q
 
-    def go_on(self, t_s: float) -> None:
-        """Until t_s, but not farther than a command may go from the last one; time that is lost makes the way end later."""
+    def advance(self, t_s: float) -> None:
+        """Advance to t_s, but by no more than `step_s` since the last command; the rest of the path is delayed by what is lost."""
         self.now_s = t_s
-        if not self._way:
+        if not self._path:
             return
         elapsed_s = (t_s - self._began_s) - self._lost_s
         wanted_s = elapsed_s - self._elapsed_s
@@ -42,6 +45,6 @@ class Trajectory:
             elapsed_s = self._elapsed_s + allowed_s
             self._lost_s = (t_s - self._began_s) - elapsed_s
         self._spent_s += allowed_s
-        self._elapsed_s, self.q = elapsed_s, joints_at(self._way, elapsed_s)
-        if elapsed_s >= duration_s(self._way):
-            self._way = JointPath()
+        self._elapsed_s, self.q = elapsed_s, joints_at(self._path, elapsed_s)
+        if elapsed_s >= duration_s(self._path):
+            self._path = JointPath()

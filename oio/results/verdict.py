@@ -70,7 +70,7 @@ def _filter(found: Findings, limits: Limits) -> list[str]:
 def _calibration(found: Findings, limits: Limits) -> list[str]:
     if found.baseline_effective >= limits.baseline_effective:
         return []
-    what = f"the baseline is worth {found.baseline_effective:.1f} independent readings, {limits.baseline_effective:g} are required"
+    what = f"the baseline has {found.baseline_effective:.1f} effective independent readings, {limits.baseline_effective:g} are required"
     return [f"{what}: raise stage.baseline.samples."]
 
 

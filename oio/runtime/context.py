@@ -1,4 +1,4 @@
-"""What a stage may touch: `Context`, five doors and no more; and `sniff`, the one move that all stages share."""
+"""The context of a stage, everything it may use; and `sniff`, the move-and-dwell that stages share."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Context:
-    """What a stage may touch: five doors and no more."""
+    """World, log, random numbers, output folder and earlier results; no configuration."""
 
     world: GuardedWorld
     log: RunLog
@@ -26,14 +26,14 @@ class Context:
     results: Mapping[type, object]
 
     def need(self, kind: type[R]) -> R:
-        """The result of that type from an earlier stage."""
+        """The result of that type from an earlier stage; `check_order` has made sure that there is one."""
         found = self.results[kind]
         assert isinstance(found, kind)
         return found
 
 
 def sniff(context: Context, sensor: Sensor, goal: Array, dwell_s: float) -> Iterator[JointState | GasReading]:
-    """Move to goal (n,) rad and dwell there; yields joints and readings (logged) in time order, the whole way."""
+    """Move to goal (n,) rad and dwell there; yields joint states and readings in time order from the start of the move, readings logged."""
     over_s = context.world.move(goal)
     for sample in context.world.samples(over_s + dwell_s):
         if isinstance(sample, JointState):

@@ -14,15 +14,16 @@ from oio.motion.path_planning import duration_s, plan
 
 
 class GuardedWorld:
-    """A world that is logged and guarded: every sample reaches the log before a stage sees it, every command is checked.
+    """A world that is logged and checked: every sample reaches the log before a stage sees it, every command is checked before the log.
 
-    Truth goes to the log only; no stage can see it through this door. Nor can it see gas at the sensor's upper rail (`highest_raw`): a
-    fit that took it for a value would put the source where the gas is just so strong.
+    Ground truth goes to the log only; no stage can see it here. Nor can a stage see gas at the sensor's upper rail (`highest_raw`): a fit
+    that took it for a value would put the source where the gas is just that strong.
     """
 
     def __init__(self, world: World, arm: Arm, log: RunLog, highest_raw: float = math.inf) -> None:
         self._world, self._arm, self._log, self._highest_raw = world, arm, log, highest_raw
         self._goal = arm.home
+        self._planned: tuple[Array, float] | None = None  # the goal last planned from here, and its duration [s]
 
     @property
     def t_ns(self) -> int:
@@ -31,7 +32,7 @@ class GuardedWorld:
 
     def samples(self, for_s: float) -> Iterator[Sample]:
         """Let `for_s` seconds pass; yield joint states and gas samples in time order."""
-        # where a span began: worlds end a span on their own ticks, and a replay must end it where this one did
+        # the start of every span is logged: worlds end a span on their own ticks, and a replay must end it at the same sample
         self._log.write(Event(self.t_ns, "span", repr(float(for_s))))
         for sample in self._world.samples(for_s):
             self._log.write(sample)
@@ -40,30 +41,36 @@ class GuardedWorld:
                 yield sample
 
     def move(self, q_rad: Array) -> float:
-        """Begin a smooth move to q_rad (n,); returns the seconds it takes. Raises BadInput for a goal out of limits or without a way."""
+        """Begin a smooth move to q_rad (n,); returns its duration [s]. Raises BadInput for a goal outside limits or without a path."""
         goal = self._arm.checked(q_rad)
         over_s = self.move_s(goal)
         self._log.write(Event(self.t_ns, "move", move_text(goal, over_s)))
-        self._goal = goal
+        self._goal, self._planned = goal, None
         return self._world.move(goal, over_s)
 
     def move_s(self, q_rad: Array) -> float:
-        """Seconds that a move to q_rad (n,) would take. Raises BadInput if there is no way on which the nose stays in its box."""
-        return duration_s(plan(self._arm, self._goal, q_rad))
+        """Duration [s] of a move to q_rad (n,). Raises BadInput if no path keeps the nose in its box.
+
+        The last one is remembered, so that a stage which asks and then moves has it planned once. The guard of the world plans again,
+        from its own set-point.
+        """
+        if self._planned is None or not np.array_equal(self._planned[0], q_rad):
+            self._planned = np.array(q_rad), duration_s(plan(self._arm, self._goal, q_rad))
+        return self._planned[1]
 
     def present(self, source: str) -> None:
-        """Open one gas source: `none`, `beacon` or `source`. What was sensed before it was open goes to the log, and to no stage."""
+        """Open one gas source: `none`, `beacon` or `source`. Samples from before it was open go to the log and to no stage."""
         self._log.write(Event(self.t_ns, "present", source))
         self._world.present(source)
-        for _ in self.samples(0.0):  # a real world went on while nobody asked: its nose smelt the source before
+        for _ in self.samples(0.0):  # a real world has gone on meanwhile
             pass
 
     @property
     def goal(self) -> Array:
-        """The joints (n,) rad last asked for."""
+        """The joints (n,) rad of the last command."""
         return self._goal
 
 
 def move_text(goal: Array, over_s: float) -> str:
-    """How a command stands in the log; a replay compares its commands with these."""
+    """A command as text in the log, with which a replay compares its own commands."""
     return f"{float(over_s)!r} s to {np.round(goal, 4).tolist()}"

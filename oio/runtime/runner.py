@@ -19,12 +19,12 @@ from oio.runtime.guarded_world import GuardedWorld
 
 @runtime_checkable
 class Stage(Protocol):
-    """One step of a protocol. What `run` is annotated to return is what the stage gives to later ones."""
+    """One step of a protocol; the return annotation of `run` is the type of its result."""
 
     needs: ClassVar[tuple[type, ...]]
 
     def run(self, context: Context) -> object:
-        """Gather samples through `context.world`, call the noun, return the result."""
+        """Gather samples through `context.world`, compute, return the result."""
         ...
 
 
@@ -37,7 +37,7 @@ def result_type(stage: Stage) -> type:
 
 
 def check_order(stages: Mapping[str, Stage]) -> None:
-    """Refuse, before anything moves, a stage whose need nobody gives and a result given twice."""
+    """Check the order of stages before anything moves. Raises BadInput for a missing need, and for a result that two stages give."""
     given: dict[type, str] = {}
     for name, stage in stages.items():
         for need in stage.needs:

@@ -2,7 +2,7 @@
 
 Moths do it (Baker 1990), Li, Farrell and others (2006) put it on vehicles; Balkovsky & Shraiman (2002) explain why casts must widen. A
 move is a hit when enough of its readings were bouts and its signal is not below that of the last hit; each miss lowers that threshold.
-The wind is that of the range law, k = U / 2K. In still air the nose goes on in the direction from the last hit but one to the last hit.
+The wind is that of the range law, k = U / 2K. In still air the surge direction is from the last hit but one to the last hit.
 In three dimensions the casts rotate in the plane normal to that direction, by the golden angle, so that they never repeat.
 """
 

@@ -10,8 +10,8 @@ from oio.kinematics.arm import Arm
 
 @dataclass(frozen=True)
 class Move:
-    """A finished move: its goal q (n,) rad, the fraction `bouts` of its readings that were bouts, the mean signal at its end [ppm]; `smelt`,
-    the joints (n,) rad at a whiff (gas that no earlier sniff left in the sensor) or None; `silent`: clean air throughout."""
+    """A finished move: its goal q (n,) rad, the fraction `bouts` of its readings that were bouts, the mean signal at its end [ppm];
+    `smelt`, the joints (n,) rad at a whiff (gas not left in the sensor by an earlier sniff) or None; `silent`: clean air throughout."""
 
     q: Array
     bouts: float

@@ -1,4 +1,4 @@
-"""Conformance suites, one per protocol, for our own plug-ins and for those of others: call one in a test of your package.
+"""Conformance tests, one per protocol, for our own plug-ins and for those of others: call one in a test of your package.
 
 May import: `oio.search`, `oio.runtime` and below. May not import: results, the command line.
 """

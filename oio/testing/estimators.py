@@ -1,4 +1,4 @@
-"""Suite for filters."""
+"""Conformance tests of filters."""
 
 from dataclasses import replace
 
@@ -13,9 +13,9 @@ ROUNDING = 1e-9  # of a correlation matrix
 
 
 def check_estimator(estimator: Estimator, model: StateSpace, belief: Belief, joints: JointState, reading: GasReading) -> None:
-    """Belief in, belief out: nothing given is changed, covariances stay covariances, a reading narrows, a gated one does nothing.
+    """Check a filter: inputs unchanged, covariances symmetric positive definite, an update narrows, a gated one changes nothing.
 
-    `joints` are later than `belief`; `reading` is of the time of `joints` and near enough to what is expected to be used.
+    `joints` are later than `belief`; `reading` has the time of `joints` and is near enough to its prediction to pass the gate.
     """
     frozen(estimator)
     promise(joints.t_ns > belief.t_ns, "check_estimator is to be given joints that are later than the belief.")
@@ -52,9 +52,9 @@ def _check_update(model: StateSpace, before: Belief, after: Belief, innovation: 
 
 
 def _check_gate(estimator: Estimator, model: StateSpace, belief: Belief, reading: GasReading) -> None:
-    """A filter without a gate has nothing to promise here."""
-    absurd = replace(reading, ppm=reading.ppm + 1e12)
-    after, innovation = estimator.update(model, belief, absurd)
+    """Only for filters with a gate."""
+    outlier = replace(reading, ppm=reading.ppm + 1e12)
+    after, innovation = estimator.update(model, belief, outlier)
     if innovation.gated:
-        same = after.mean.tobytes() == belief.mean.tobytes() and after.cov.tobytes() == belief.cov.tobytes()
-        promise(same, "a gated reading leaves the belief as it was.")
+        unchanged = after.mean.tobytes() == belief.mean.tobytes() and after.cov.tobytes() == belief.cov.tobytes()
+        promise(unchanged, "a gated reading leaves the belief as it was.")

@@ -1,4 +1,4 @@
-"""What all suites share: a promise with its sentence, frozen things, and records compared bit for bit."""
+"""Shared by all conformance tests: assertion with a message, frozen dataclasses, and bitwise comparison of records."""
 
 import dataclasses
 from typing import Any
@@ -15,7 +15,7 @@ def promise(holds: bool, sentence: str) -> None:
 
 
 def frozen(thing: object) -> None:
-    """What Hydra builds is frozen: `thing` is a frozen dataclass, such as `@settings` makes."""
+    """Check that `thing`, which Hydra builds, is a frozen dataclass, such as `@settings` makes."""
     name = type(thing).__name__
     promise(dataclasses.is_dataclass(thing), f"{name} is no dataclass; put @settings above it.")
     parameters: Any = getattr(type(thing), "__dataclass_params__", None)
@@ -23,7 +23,7 @@ def frozen(thing: object) -> None:
 
 
 def refused(what: str, action: Any, *arguments: Any) -> None:
-    """The action ends in BadInput, with words."""
+    """Check that the action raises BadInput with a message."""
     try:
         action(*arguments)
     except BadInput as error:
@@ -33,7 +33,7 @@ def refused(what: str, action: Any, *arguments: Any) -> None:
 
 
 def bits(value: object) -> object:
-    """Type and values of a record and of those inside, floats and arrays as bytes, so that equal means equal bit for bit."""
+    """Return type and values of a record and of nested ones, floats and arrays as bytes, so that equal means equal bit for bit."""
     if dataclasses.is_dataclass(value):
         return [type(value), *(bits(getattr(value, field.name)) for field in dataclasses.fields(value))]
     if isinstance(value, tuple):

@@ -1,4 +1,4 @@
-"""Suite for stages."""
+"""Conformance tests of stages."""
 
 import inspect
 
@@ -8,7 +8,7 @@ from oio.testing.promises import frozen, promise
 
 
 def check_stage(stage: Stage) -> None:
-    """Frozen; `needs` is a tuple of classes on the class; `run` takes a context and is annotated with the class of its result."""
+    """Check a stage: frozen; `needs` is a tuple of classes; `run` takes a context and is annotated with its result class."""
     frozen(stage)
     name, needs = type(stage).__name__, getattr(type(stage), "needs", None)
     promise(isinstance(needs, tuple), f"{name}.needs is a tuple of the results it reads, () for none, and a ClassVar.")

@@ -1,4 +1,4 @@
-"""Suite for search strategies."""
+"""Conformance tests of search strategies."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ SEEDS = 5
 
 
 def check_strategy(strategy: Strategy, view: View) -> None:
-    """Every goal is one the arm may be sent to; the same seed gives the same goal; the view is not changed."""
+    """Check a strategy: every goal is allowed for the arm; the same seed gives the same goal; the view is unchanged."""
     frozen(strategy)
     before = bits(view.belief) if view.belief is not None else []
     for seed in range(SEEDS):

@@ -1,4 +1,4 @@
-"""Suites for what a simulation is made of: sensors and air."""
+"""Conformance tests of sensors and air models."""
 
 import math
 
@@ -8,13 +8,13 @@ from oio.core.interfaces import Air, LiveAir, Sensor, SensorUnit, SimulatedSenso
 from oio.core.records import Array, GasSample
 from oio.testing.promises import frozen, promise, refused
 
-EXPOSURES_PPM = (100.0, 1000.0)  # clean and not; every law answers to such a step
-VALUES = 20  # taken after each
+EXPOSURES_PPM = (100.0, 1000.0)  # low and high; every transduction law responds to such a step
+VALUES = 20  # per element and exposure
 
 
 def check_sensor(sensor: Sensor, ppm: tuple[float, ...] = (1.0, 10.0, 100.0)) -> None:
-    """Timing makes sense, `raw` and `reading` undo each other at `ppm`, nonsense is refused; a specimen, if it can
-    be simulated, smells and repeats itself."""
+    """Check a sensor: valid timing, `raw` and `reading` are inverse at `ppm`, invalid samples are refused; a simulated unit, if there is
+    one, responds to gas and is repeatable."""
     frozen(sensor)
     promise(isinstance(sensor, Sensor), "a sensor has every member of `oio.core.interfaces.Sensor`.")
     promise(sensor.name != "", "a sensor has a name.")
@@ -43,16 +43,16 @@ def _check_law(sensor: Sensor, ppm: tuple[float, ...]) -> None:
 
 def _check_unit(sensor: SimulatedSensor) -> None:
     one, again = (sensor.unit(np.random.default_rng(1), np.random.default_rng(2)) for _ in range(2))
-    values = _smelled(sensor, one)
+    values = _exposed(sensor, one)
     promise(bool(np.all(np.isfinite(values))), "every value of a specimen is finite.")
-    promise(values.tobytes() == _smelled(sensor, again).tobytes(), "the same seeds give the same values of a specimen, bit for bit.")
+    promise(values.tobytes() == _exposed(sensor, again).tobytes(), "the same seeds give the same values of a specimen, bit for bit.")
     for e in range(sensor.elements):
         clean, gas = (np.mean([sensor.reading(GasSample(0, e, float(v))).ppm for v in values[i, e]]) for i in (0, 1))
         promise(bool(gas > clean), f"element {e} of a specimen reads more in more gas: {clean} ppm became {gas}.")
 
 
-def _smelled(sensor: Sensor, unit: SensorUnit) -> Array:
-    """Raw values (exposures, elements, VALUES), each exposure a dozen lags long."""
+def _exposed(sensor: Sensor, unit: SensorUnit) -> Array:
+    """Raw values (exposures, elements, VALUES), each exposure a dozen time constants long."""
     t_s, out = 0.0, np.zeros((len(EXPOSURES_PPM), sensor.elements, VALUES))
     for i, ppm in enumerate(EXPOSURES_PPM):
         for _ in range(120):
@@ -70,23 +70,23 @@ SOURCE_M = np.array([0.3, 0.05, 0.2])
 
 
 def check_air(air: Air) -> None:
-    """No gas without a source; finite, never negative, proportional to the emission, thinner far away; same seeds, same gas."""
+    """Check an air model: no gas without a source; finite, not negative, linear in emission, thinner far away; repeatable by seed."""
     frozen(air)
     promise(air.name != "", "air has a name.")
     live, again, double, other = (air.open(np.random.default_rng(1), np.random.default_rng(2)) for _ in range(4))
     promise(live.ppm(SOURCE_M) == 0.0, "there is no gas before a source is presented.")
-    near, far = _felt(live, 1.0, 0.03), _felt(other, 1.0, 0.5)
+    near, far = _concentrations(live, 1.0, 0.03), _concentrations(other, 1.0, 0.5)
     promise(bool(np.all(np.isfinite(near)) and np.all(near >= 0)), "a concentration is finite and never negative.")
     promise(bool(np.mean(near) > np.mean(far)), f"gas thins with distance: {np.mean(near)} ppm at 3 cm, {np.mean(far)} ppm at 50 cm.")
-    promise(near.tobytes() == _felt(again, 1.0, 0.03).tobytes(), "the same seeds give the same gas, bit for bit.")
-    promise(np.allclose(2.0 * near, _felt(double, 2.0, 0.03), rtol=1e-9), "twice the emission is twice the concentration.")
+    promise(near.tobytes() == _concentrations(again, 1.0, 0.03).tobytes(), "the same seeds give the same gas, bit for bit.")
+    promise(np.allclose(2.0 * near, _concentrations(double, 2.0, 0.03), rtol=1e-9), "twice the emission is twice the concentration.")
     live.present(None, 0.0)
     live.step(0.05)
     promise(live.ppm(SOURCE_M) == 0.0, "the old gas is aired out when there is no source any more.")
 
 
-def _felt(live: LiveAir, emission_ml_s: float, away_m: float) -> Array:
-    """Concentrations (40, 6) over two seconds at six sides of the source."""
+def _concentrations(live: LiveAir, emission_ml_s: float, away_m: float) -> Array:
+    """Concentrations (40, 6) over two seconds on six sides of the source."""
     live.present(SOURCE_M, emission_ml_s)
     places = SOURCE_M + away_m * np.concatenate([np.eye(3), -np.eye(3)])
     out = []

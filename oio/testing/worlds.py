@@ -1,4 +1,4 @@
-"""Suite for backends."""
+"""Conformance tests of backends."""
 
 import dataclasses
 import time
@@ -14,18 +14,18 @@ from oio.runtime.guarded_world import GuardedWorld
 from oio.testing.promises import bits, frozen, promise, refused
 
 
-class _Nowhere:
-    """A log that keeps nothing."""
+class _NullLog:
+    """Null log: keeps nothing."""
 
     def write(self, record: object) -> None:
-        """Forget the record."""
+        """Discard the record."""
 
 
 def check_backend(backend: Backend, for_s: float = 1.0) -> None:
-    """Time runs on, samples come in its order, a second opening gives the same, unknown sources and NaN commands are refused.
+    """Check a backend: monotonic time, samples in time order, repeatable when reopened, unknown sources and NaN commands refused.
 
-    `for_s` must be long enough for joints and gas to come in. A backend with an `Arm` among its fields is sent a NaN as a stage would
-    send it. For a bench, whose time is not its own, there is `check_live_backend`.
+    `for_s` must be long enough for joint states and gas samples to arrive. A backend with an `Arm` among its fields is sent a NaN move as a
+    stage would send it. For a bench in real time there is `check_live_backend`.
     """
     frozen(backend)
     with backend.open() as world:
@@ -37,10 +37,10 @@ def check_backend(backend: Backend, for_s: float = 1.0) -> None:
 
 
 def check_live_backend(backend: Backend, for_s: float = 1.0, away_s: float = 0.5) -> None:
-    """What can be asked of a bench: as `check_backend`, but its time goes on while nobody asks, and no two runs are the same.
+    """Check a bench in real time: as `check_backend`, but its time goes on between calls, and no two runs are the same.
 
-    What it senses while its caller is away for `away_s` seconds of the host comes with the next span, and when it was left it can be
-    opened again.
+    Samples of the `away_s` seconds of host time in which the caller does not poll arrive with the next call; after closing, the backend can
+    be opened again.
     """
     frozen(backend)
     with backend.open() as world:
@@ -61,7 +61,7 @@ def _check_refusals(backend: Backend, world: World, for_s: float) -> None:
 
 
 def _run(world: World, for_s: float) -> list[WorldSample]:
-    """Of a world whose time passes only while samples are asked for."""
+    """Samples of a simulated world, whose time passes only while samples are requested."""
     began_ns = world.t_ns
     world.present("none")
     seen = list(_in_order(world, 0.0, began_ns))
@@ -72,7 +72,7 @@ def _run(world: World, for_s: float) -> list[WorldSample]:
 
 
 def _sensed(world: World, for_s: float) -> list[WorldSample]:
-    """The samples of a span, among which there are joints and gas."""
+    """Samples of a time span, which must contain joint states and gas samples."""
     began_ns = world.t_ns
     promise(began_ns >= 0, f"time begins at 0 ns or later, not at {began_ns}.")
     world.present("none")
@@ -84,7 +84,7 @@ def _sensed(world: World, for_s: float) -> list[WorldSample]:
 
 
 def _in_order(world: World, for_s: float, last_ns: int) -> list[WorldSample]:
-    """The samples of a span that begins not before last_ns."""
+    """Samples of a time span in order, none before last_ns."""
     seen: list[WorldSample] = []
     for sample in world.samples(for_s):
         promise(sample.t_ns >= last_ns, f"samples come in time order: {sample.t_ns} ns after {last_ns} ns.")
@@ -97,7 +97,7 @@ def _in_order(world: World, for_s: float, last_ns: int) -> list[WorldSample]:
 
 
 def _check_command(world: World, arm: Arm, for_s: float) -> None:
-    watched = GuardedWorld(world, arm, cast(RunLog, _Nowhere()))
+    watched = GuardedWorld(world, arm, cast(RunLog, _NullLog()))
     nothing: Any = np.full(arm.dof, np.nan)
     refused("a move to NaN", watched.move, nothing)
     seen = _in_order(world, for_s, world.t_ns)  # whose joints are finite

@@ -60,13 +60,13 @@ class Servos:
     def ping(self, wire, servo):
         return self.name
 
-    def begin(self, wire, ids):
+    def configure(self, wire, ids):
         assert list(ids) == [1, 2, 3, 4, 5]
 
     def torque(self, wire, ids, on):
         self.holds = on
 
-    def feel(self, wire, ids):
+    def read_state(self, wire, ids):
         counts = np.rint(self.zeros + self.signs * self.degrees / DEGREES).astype(np.int64)
         return ServoState(counts, np.zeros(len(ids)), None)
 
@@ -103,7 +103,7 @@ def walk(monkeypatch, arm, tmp_path):
         console, file = Console(record=True, width=300, file=io.StringIO()), tmp_path / "homing.json"
         monkeypatch.setattr(home, "_entered", Person(servos, [*goals, *COMPARED]))
         try:
-            home._walk(console, servos, None, arm, repeats, file)
+            home._run_procedure(console, servos, None, arm, repeats, file)
         except OioError:
             assert not file.exists()
             raise
@@ -120,7 +120,7 @@ def test_a_person_who_does_as_told_homes_mirrored_joints_too(arm, walk, signs):
     assert "the nose 0.34 m in front of the base's origin, 0.00 m to its left, 0.13 m above" in told
     assert "LOW end (-100 degrees; from home the nose goes up)" in told and "HIGH end (100 degrees; from home the nose goes down)" in told
     homing, servos.degrees = Homing.read(file, 5), np.array([20.0, -50.0, 30.0, 60.0, -70.0])
-    angles_deg = np.degrees(homing.angles(servos.feel(None, range(5)).counts, TURN))
+    angles_deg = np.degrees(homing.angles(servos.read_state(None, range(5)).counts, TURN))
     assert homing.sign == signs and angles_deg == pytest.approx(servos.degrees, abs=3 * DEGREES)
 
 
@@ -176,8 +176,8 @@ def test_a_joint_that_sagged_from_its_stop_before_enter_costs_nothing(arm, walk)
 def endless(arm):
     """An arm whose roll goes around and around."""
     servos = Servos((2048,) * 5, (1,) * 5, np.degrees(arm.home))
-    feel = servos.feel
-    servos.feel = lambda wire, ids: ServoState(feel(wire, ids).counts % TURN, np.zeros(5), None)
+    read_state = servos.read_state
+    servos.read_state = lambda wire, ids: ServoState(read_state(wire, ids).counts % TURN, np.zeros(5), None)
     return servos
 
 

@@ -34,6 +34,6 @@ def test_a_command_of_the_readmes_builds_a_bench(words, tmp_path, monkeypatch):
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
         cfg = hydra.compose("config", words)
     bench = instantiate(cfg.backend)
-    bench._refuse_toys()  # it names real ports, and what stands there goes with them
+    bench._refuse_emulator_settings()  # it names real ports, and what stands there goes with them
     for stage in cfg.stage.values():
         instantiate(stage)

@@ -13,7 +13,7 @@ from oio.core.errors import BadInput
 from oio.core.records import nanoseconds
 
 INSIST_S = 1.5  # time-out of a command, with its retries
-TURN_S = 0.1
+TURN_S = 0.1  # longest wait for bytes in one poll
 SILENT = 1.5  # periods without a frame, after which the device counts as silent
 EARLY_NS = nanoseconds(0.01)  # tolerance of a stamp before one period after the last: the clock offset is estimated from whole ms
 

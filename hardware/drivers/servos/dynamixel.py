@@ -44,7 +44,7 @@ class Dynamixel:
                     self._write(wire, servo, register, wanted)
             self._current_limit[servo] = self._number(self._read(wire, servo, LIMIT))
             if self._current_limit[servo] == 0:
-                raise OioError(f"servo {servo} measures no current (as XL430 and XC430), so the arm could not feel what is in its way.")
+                raise OioError(f"servo {servo} measures no current (as XL430 and XC430), so the arm could not detect an obstacle.")
 
     def read_state(self, wire: Wire, ids: Sequence[int]) -> ServoState:
         """See `Bus`; load is the present current over the current limit."""

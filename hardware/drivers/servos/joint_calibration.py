@@ -44,7 +44,7 @@ def _roll_direction(arm: Arm, i: int) -> tuple[str, str]:
     along_m = float((tip - anchor) @ (arm.nose(arm.home) - anchor))
     if abs(along_m) < LEVER_M:
         raise OioError(
-            f"{arm.all_names[i]} of arm '{arm.name}' neither moves its nose nor has it in front, so that its ends have no words. "
+            f"{arm.all_names[i]} of arm '{arm.name}' neither moves its nose nor has it in front, so its directions cannot be described. "
             f"Homing needs a nose at least {LEVER_M} m away from the joint: put the site 'nose' of its MJCF there."
         )
     rolls = "the nose rolls counterclockwise, seen from behind it", "the nose rolls clockwise, seen from behind it"

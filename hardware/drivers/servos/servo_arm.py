@@ -53,8 +53,8 @@ class ServoArm:
     def identify(self, wire: Wire) -> str | None:
         """Return the models of the servos that answer."""
         models = {servo: self._bus.ping(wire, servo) for servo in self._ids}
-        there = [f"{servo} {model}" for servo, model in models.items() if model]
-        return f"servos {', '.join(there)}" if there else None
+        found = [f"{servo} {model}" for servo, model in models.items() if model]
+        return f"servos {', '.join(found)}" if found else None
 
     def configure(self, wire: Wire) -> None:
         """Enable torque at the present pose. Raises OioError outside the limits: no safe path from there is known."""

@@ -2,7 +2,7 @@
 
 #include <avr/io.h>
 
-#define CONVERSIONS 16U /* 104 us each: noise falls to a quarter, both channels take 3.5 ms */
+#define CONVERSIONS 16U /* conversions averaged, 104 us each: a quarter of the noise; both channels take 3.5 ms */
 
 void adc_begin(void)
 {
@@ -20,9 +20,9 @@ static uint16_t convert(void)
 
 uint16_t adc_counts(uint8_t channel)
 {
-    uint16_t sum = CONVERSIONS / 2; /* so that the division rounds */
+    uint16_t sum = CONVERSIONS / 2; /* rounds the division */
     ADMUX = _BV(REFS0) | channel;   /* reference AVcc */
-    convert();                      /* thrown away: the sampling capacitor comes from the other channel */
+    convert();                      /* discarded: the sampling capacitor still holds the other channel */
     for (uint8_t i = 0; i < CONVERSIONS; i++) {
         sum += convert();
     }

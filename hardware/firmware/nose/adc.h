@@ -1,4 +1,4 @@
-/* Counts of one channel, 0 to 1023, full scale AVcc. */
+/* ADC: counts of one channel, 0 to 1023, full scale AVcc. */
 #ifndef ADC_H
 #define ADC_H
 

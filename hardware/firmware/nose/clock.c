@@ -5,7 +5,7 @@
 #include <util/atomic.h>
 
 #define PRESCALER 64UL
-#define TICKS_PER_MS (F_CPU / PRESCALER / 1000UL) /* 250 at 16 MHz: no rounding, so ms are as good as the crystal */
+#define TICKS_PER_MS (F_CPU / PRESCALER / 1000UL) /* 250 at 16 MHz: exact, so the clock is as accurate as its crystal */
 
 static volatile uint32_t ms;
 
@@ -25,7 +25,7 @@ void clock_begin(void)
 uint32_t clock_ms(void)
 {
     uint32_t now;
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* four bytes: an interrupt could come between them */
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* four bytes: an interrupt could change them during the read */
     {
         now = ms;
     }

@@ -1,4 +1,4 @@
-/* Milliseconds since boot, counted by timer 0. */
+/* System clock: milliseconds since boot, counted by timer 0. */
 #ifndef CLOCK_H
 #define CLOCK_H
 

@@ -16,7 +16,7 @@
 
 static char text[LONGEST + 1];
 static uint8_t length;
-static bool returned; /* \r came last: nothing if \n follows, as terminals send it */
+static bool returned; /* \r was received last: ignored if \n follows, as terminals send it */
 
 static void acknowledge(void)
 {
@@ -43,7 +43,7 @@ static void identify(void)
     sentence_end();
 }
 
-static uint16_t period(const char *digits) /* ms, or 0 if it is none */
+static uint16_t period(const char *digits) /* period [ms]; 0 if invalid */
 {
     uint16_t ms = 0;
     for (; *digits; digits++) {
@@ -55,7 +55,7 @@ static uint16_t period(const char *digits) /* ms, or 0 if it is none */
     return (ms >= REPORT_LEAST_MS && ms <= REPORT_MOST_MS) ? ms : 0;
 }
 
-static bool two(char first, const char *seconds) /* is it `first` and one of `seconds`? */
+static bool two(char first, const char *seconds) /* whether the command is `first` and one of `seconds` */
 {
     return length == 2 && text[0] == first && strchr(seconds, text[1]);
 }
@@ -77,7 +77,7 @@ static bool obeyed(void)
 static void answer(void)
 {
     text[length] = '\0';
-#ifdef WEDGE /* for the test of the watchdog: a command that hangs the loop */
+#ifdef WEDGE /* for the watchdog test: a command that hangs the main loop */
     while (text[0] == 'W') {
     }
 #endif
@@ -90,10 +90,10 @@ static void answer(void)
     }
 }
 
-/* What cannot be said back becomes ?, and so does the end of what is too long: no command has a question mark. */
+/* A character that a sentence cannot repeat is stored as ?, and so is the end of an overlong command: no command has a question mark. */
 static void keep(char c)
 {
-    bool sayable = c >= ' ' && c <= '~' && c != '$' && c != '*' && c != ','; /* else it would break the sentence that says it back */
+    bool sayable = c >= ' ' && c <= '~' && c != '$' && c != '*' && c != ','; /* else it would corrupt the reply that repeats it */
     if (length == LONGEST) {
         text[LONGEST - 1] = '?';
         return;

@@ -1,4 +1,4 @@
-/* What the host says, character by character; each command is answered by one sentence. */
+/* Command parser, character by character; each command is answered by one sentence. */
 #ifndef COMMAND_H
 #define COMMAND_H
 

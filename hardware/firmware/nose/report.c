@@ -12,7 +12,7 @@ static void report(uint32_t now_ms)
 {
     uint16_t a = adc_counts(0), b = adc_counts(1);
     sentence_begin("NOSE");
-    sentence_number(now_ms); /* when the conversions began; they are over 3.5 ms later */
+    sentence_number(now_ms); /* start of the conversions, which take 3.5 ms */
     sentence_text(active);
     sentence_number(a);
     sentence_number(b);
@@ -22,12 +22,12 @@ static void report(uint32_t now_ms)
 void report_if_due(void)
 {
     uint32_t now_ms = clock_ms();
-    if ((int32_t)(now_ms - due_ms) < 0) { /* right even when ms wraps after 49.7 days */
+    if ((int32_t)(now_ms - due_ms) < 0) { /* valid across the wrap of ms after 49.7 days */
         return;
     }
-    due_ms += period_ms; /* not now_ms: a late report does not shift those after it */
+    due_ms += period_ms; /* not now_ms: the delay of one report does not shift the following ones */
     if ((int32_t)(now_ms - due_ms) >= 0) {
-        due_ms = now_ms + period_ms; /* so late that one was missed: no burst to make up for it */
+        due_ms = now_ms + period_ms; /* a report was missed: no burst to catch up */
     }
     report(now_ms);
 }

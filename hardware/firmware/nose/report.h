@@ -1,4 +1,4 @@
-/* The sentence of every period: `$NOSE,<ms>,<A|B>,<adcA>,<adcB>*HH`. */
+/* Periodic report: `$NOSE,<ms>,<A|B>,<adcA>,<adcB>*HH`. */
 #ifndef REPORT_H
 #define REPORT_H
 
@@ -8,7 +8,7 @@
 #define REPORT_MOST_MS 10000U
 
 void report_if_due(void);
-void report_every(uint16_t ms); /* the next one comes so long after now */
-void report_select(char element); /* 'A' or 'B': which one the sentence names; both are measured always */
+void report_every(uint16_t ms); /* set the period; the next report is one period from now */
+void report_select(char element); /* 'A' or 'B': the element named in the report; both are always measured */
 
 #endif

@@ -37,7 +37,7 @@ void sentence_text(const char *field)
 
 void sentence_number(uint32_t field)
 {
-    char digits[11]; /* of 4294967295, and the end */
+    char digits[11]; /* 4294967295 and the terminating zero */
     char *first = digits + sizeof digits - 1;
     *first = '\0';
     do {

@@ -25,7 +25,7 @@ static void drive(uint8_t open)
 
 void valve_begin(void)
 {
-    drive(0); /* closed before they become outputs: no click at boot */
+    drive(0); /* set to closed before the pins become outputs: no relay clicks at boot */
     DDRD |= BOTH;
 }
 
@@ -33,15 +33,15 @@ void valve_open(char which)
 {
     uint8_t wanted = which == '1' ? BEACON : which == '2' ? SOURCE : 0;
     asked_ms = clock_ms();
-    if (wanted != opened) { /* a repetition leaves it alone, or the relay would click at each beat of the host */
-        drive(0);           /* close the one before the other opens */
+    if (wanted != opened) { /* a repetition does not switch the relay, which would click at each heartbeat */
+        drive(0);           /* close one before the other opens */
         drive(wanted);
     }
 }
 
 void valve_tick(uint32_t now_ms)
 {
-    if (opened && now_ms - asked_ms >= VALVE_HOLD_MS) { /* right even when ms wraps after 49.7 days */
+    if (opened && now_ms - asked_ms >= VALVE_HOLD_MS) { /* valid across the wrap of ms after 49.7 days */
         drive(0);
     }
 }

@@ -27,7 +27,7 @@ def bench():
     driver = SimpleNamespace(key="backend.nose", name="line", counts=dict)
     nose = SimpleNamespace(error=None, news=[], driver=driver, reconnects=0, away_ns=0)
     mover = SimpleNamespace(alive=lambda: None, held=None)
-    valve = SimpleNamespace(watch=lambda: None)
+    valve = SimpleNamespace(poll=lambda: None)
     live = LiveWorld(LiveDevices(nose, None, mover, valve), clock, box, None, {}, HOLD_S)
     clock.t_ns = 0
 

@@ -286,7 +286,7 @@ def test_an_arm_that_strains_for_long_is_held_but_not_one_at_its_stop(sim):
         beyond = sim(5).arm.home + np.array([math.radians(120.0), 0.0, 0.0, 0.0, 0.0])
         for _ in range(300):
             world._plant.tick(beyond)
-            world._feel(seconds(world.t_ns))
+            world._report_load(seconds(world.t_ns))
         assert world._plant.at_stop().tolist() == [True, False, False, False, False]
         assert world._plant.load()[0] > 0.9 and world.guard.held is None
 

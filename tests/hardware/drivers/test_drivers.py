@@ -69,9 +69,7 @@ def co2(monkeypatch):
         electronics = Electronics(lambda element: 439.0, 40_000.0, set())
         device = Part30(electronics, 2.0, set()) if name == "scd30" else SensorBridge(Part41(electronics, 5.0), set())
         wire = Beside(device)
-        sleeping = SimpleNamespace(
-            sleep=lambda s: (setattr(clock, "t_s", clock.t_s + s), device.spoken(clock.t_s)), monotonic=time.monotonic
-        )
+        sleeping = SimpleNamespace(sleep=lambda s: (setattr(clock, "t_s", clock.t_s + s), device.tick(clock.t_s)), monotonic=time.monotonic)
         for module in (f"hardware.drivers.noses.{name}", "hardware.drivers.noses.poll_schedule"):
             monkeypatch.setattr(f"{module}.time", sleeping)
         made = Scd30 if name == "scd30" else Scd41
@@ -85,44 +83,44 @@ def co2(monkeypatch):
 def test_a_part_at_its_own_pace_is_never_taken_for_silent_nor_started_anew(co2, name, part_s, fast):
     """Sampled as often as it has something new, and as often as the paper asks."""
     nose, wire, clock, box = co2(name, 0.1 if fast else part_s)
-    nose.begin(wire)
+    nose.configure(wire)
     begun = clock.t_s
     while clock.t_s < begun + 60.0:
-        assert nose.turn(wire)  # resting is no silence
+        assert nose.poll(wire)  # resting is no silence
         clock.t_s += 0.01
-        wire.device.spoken(clock.t_s)
+        wire.device.tick(clock.t_s)
     assert len(box.gas) == pytest.approx(60.0 / part_s, abs=2)
 
 
 @pytest.mark.parametrize(("name", "part_s"), [("scd30", 2.0), ("scd41", 5.0)])
 def test_a_part_that_is_asked_promises_no_value_older_than_the_question(co2, name, part_s):
     nose, wire, clock, box = co2(name, part_s)
-    nose.begin(wire)
+    nose.configure(wire)
     while len(box.gas) < 5:
         promised_ns, had, began_ns = box.gas_from_ns, len(box.gas), clock.now_ns()
-        nose.turn(wire)
+        nose.poll(wire)
         if len(box.gas) > had:
             assert box.gas[-1].sample.t_ns == box.gas_from_ns == began_ns > promised_ns > 0
         clock.t_s += 0.01
-        wire.device.spoken(clock.t_s)
+        wire.device.tick(clock.t_s)
 
 
 def test_a_rest_leaves_the_wire_alone(co2):
     nose, wire, clock, box = co2("scd30", 2.0)
-    nose.begin(wire)
+    nose.configure(wire)
     while not box.gas:
-        nose.turn(wire)
+        nose.poll(wire)
         clock.t_s += 0.1
-        wire.device.spoken(clock.t_s)
+        wire.device.tick(clock.t_s)
     asked = len(wire.sent)
-    assert nose.turn(wire) and len(wire.sent) == asked
+    assert nose.poll(wire) and len(wire.sent) == asked
 
 
 def test_flash_is_written_only_with_what_is_new(co2):
     nose, wire, _, _ = co2("scd30", 4.0)
     written = modbus.write_request(0x61, INTERVAL, 4)
-    nose.begin(wire)
-    nose.begin(wire)
+    nose.configure(wire)
+    nose.configure(wire)
     assert wire.sent.count(written) == 1
 
 
@@ -134,7 +132,7 @@ def servos(bus_of, driver):
     trouble = set()
     bus = driver()
     wire = Beside(bus_of(joints, trouble))
-    bus.begin(wire, IDS)
+    bus.configure(wire, IDS)
     return bus, wire, trouble
 
 
@@ -142,7 +140,7 @@ def servos(bus_of, driver):
 def test_health_is_torque_goal_supply_and_case(bus_of, driver):
     bus, wire, _ = servos(bus_of, driver)
     counts = np.array([2048, 1500, 3000, 0, 4095])
-    bus.goals(wire, IDS, counts)
+    bus.write_goals(wire, IDS, counts)
     assert [bus.health(wire, servo).goal for servo in IDS] == counts.tolist() and not bus.health(wire, 2).holds
     bus.torque(wire, IDS, True)
     health = bus.health(wire, 2)
@@ -158,7 +156,7 @@ def test_an_old_goal_never_makes_an_arm_jump(built, monkeypatch, bus_of, driver,
     steered = []
     for servo in wire.device._servos.values():
         servo._motor._joints.steer = lambda joint, goal: steered.append((joint, goal))
-    bus.goals(wire, IDS, np.full(5, 2048 + 700))
+    bus.write_goals(wire, IDS, np.full(5, 2048 + 700))
     answer, lost = wire.device.answer, [True]
     wire.device.answer = lambda data: b"" if lost[0] and data[heads[0]] == heads[1] else answer(data)
     monkeypatch.setitem(BUSES, "feetech", lambda: bus)
@@ -166,28 +164,28 @@ def test_an_old_goal_never_makes_an_arm_jump(built, monkeypatch, bus_of, driver,
     flat = replace(built("arm"), home_rad=(0.0,) * 5, box_low_m=(-9.0,) * 3, box_high_m=(9.0,) * 3)
     arm = ServoArm(port, flat, built("safety"), Mailbox(9), Stepped())
     with pytest.raises(NoAnswer, match="servo 1 was given the goal 2048, but has 2748"):
-        arm.begin(wire)
+        arm.configure(wire)
     assert steered == [] and not bus.health(wire, 1).holds
     lost[0] = False
-    arm.begin(wire)
+    arm.configure(wire)
     assert bus.health(wire, 5).holds and all(goal == 0.0 for _, goal in steered)
 
 
 def test_no_number_from_an_scd30_is_counted(co2, monkeypatch):
     nose, wire, clock, box = co2("scd30", 2.0)
-    nose.begin(wire)
+    nose.configure(wire)
     monkeypatch.setattr("hardware.drivers.noses.scd30.modbus.floats", lambda words: (float("nan"),))
     while clock.t_s < 9.0:
-        nose.turn(wire)
+        nose.poll(wire)
         clock.t_s += 0.1
-        wire.device.spoken(clock.t_s)
+        wire.device.tick(clock.t_s)
     assert nose.counts()["not a number"] >= 3 and not box.gas
 
 
 def heated(wire, trouble):
     trouble.add("hot")
     for tick in range(1, 151):
-        wire.device.spoken(0.02 * tick)
+        wire.device.tick(0.02 * tick)
 
 
 both = pytest.mark.parametrize(
@@ -200,9 +198,9 @@ both = pytest.mark.parametrize(
 def test_a_servo_that_complains_is_heard_and_not_taken_for_one_that_holds(bus_of, driver, said):
     bus, wire, trouble = servos(bus_of, driver)
     bus.torque(wire, IDS, True)
-    assert bus.feel(wire, IDS).complaint is None
+    assert bus.read_state(wire, IDS).complaint is None
     heated(wire, trouble)
-    assert re.match(said, bus.feel(wire, IDS).complaint)
+    assert re.match(said, bus.read_state(wire, IDS).complaint)
     with pytest.raises(NoAnswer, match=said):
         bus.torque(wire, IDS, True)
     bus.torque(wire, IDS, False)  # it may always let go
@@ -212,7 +210,7 @@ def test_servos_that_feel_no_load_are_refused():
     bus, wire, _ = servos(DynamixelBus, Dynamixel)
     wire.device._servos[3]._memory[CURRENT_LIMIT] = 0
     with pytest.raises(OioError, match="servo 3 measures no current"):
-        bus.begin(wire, IDS)
+        bus.configure(wire, IDS)
 
 
 @pytest.mark.parametrize(("bus_of", "driver"), [(FeetechBus, Feetech), (DynamixelBus, Dynamixel)])

@@ -83,7 +83,7 @@ def test_a_sentence_whose_checksum_is_right_but_not_its_fields_is_counted(intake
     said = sentence("NOSE", *fields) + sentence("NOSE", "6", "A", "1", "2") + sentence("OTHER", "x")
     wire = SimpleNamespace(read=lambda within_s: said, write=lambda data: None)
     nose = Line(taken, SimpleNamespace(now_ns=lambda: SECOND_NS), Sentence("NOSE", PORT["columns"], "AB", 10), 0.1)
-    nose.turn(wire)
+    nose.poll(wire)
     assert [a.sample.raw for a in box.gas] == [1.0]
     assert (nose.counts()["good"], nose.counts()["corrupt"]) == (3, 1)
 
@@ -95,7 +95,7 @@ def test_a_nose_with_a_period_promises_when_its_next_value_can_be_stamped_at_the
     nose = Line(taken, clock, Sentence("NOSE", PORT["columns"], "AB", 10), 0.1)
     promised_ms = []
     for clock.t_ms in (500, 600, 640, 900):  # at first nobody knows its pace; then it is faster than asked, then a frame was lost
-        nose.turn(wire)
+        nose.poll(wire)
         promised_ms.append((box.gas_from_ns - box.gas[-1].sample.t_ns) / 1e6)
     assert promised_ms == pytest.approx([-10, 90, 50, 90])
 
@@ -107,10 +107,10 @@ def test_noise_and_other_talkers_are_no_sign_of_life(intake):
     nose = Line(taken, clock, Sentence("NOSE", PORT["columns"], "AB", 10), 0.5)
     for data, t_s, alive in ((sentence("NOSE", "500", "A", "1", "2"), 0.5, True), (b"", 1.0, True), (b"\xff$*x\n", 1.3, False)):
         said[0], clock.t_ns = data, round(t_s * SECOND_NS)
-        assert nose.turn(wire) is alive
+        assert nose.poll(wire) is alive
     said[0] = sentence("MOX", "1500", "A", "1", "2")
     with pytest.raises(NoAnswer, match=r"it says \$MOX, but backend\.nose\.talker is NOSE"):
-        nose.turn(wire)
+        nose.poll(wire)
 
 
 @pytest.mark.parametrize(

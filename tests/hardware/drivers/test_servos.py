@@ -38,16 +38,16 @@ class Servos:
     def ping(self, wire, servo):
         return None if servo in self.missing else "fake"
 
-    def begin(self, wire, ids):
+    def configure(self, wire, ids):
         pass
 
-    def feel(self, wire, ids):
+    def read_state(self, wire, ids):
         self.clock.sleep(0.001)
         if self.missing:
             raise NoAnswer("servo does not answer")
         return ServoState(self.counts.copy(), self.load.copy(), self.complaint)
 
-    def goals(self, wire, ids, counts):
+    def write_goals(self, wire, ids, counts):
         if self.deaf:
             return
         self.told.append(counts.copy())
@@ -107,7 +107,7 @@ def turns(driver, seconds, alive=True):
         driver._mailbox.gas_ns = driver._clock.now_ns()
         if alive:
             driver.alive()
-        driver.turn(None)
+        driver.poll(None)
 
 
 def radians(counts):
@@ -117,7 +117,7 @@ def radians(counts):
 def test_it_holds_where_it_stands_before_it_gets_torque(made):
     driver, bus, _ = made(off=0.1)
     before = bus.counts.copy()
-    driver.begin(None)
+    driver.configure(None)
     assert bus.on is True and np.array_equal(bus.told[0], before) and len(bus.told) == 1
 
 
@@ -126,17 +126,17 @@ def test_no_torque_before_every_servo_has_its_new_goal(made):
     driver, bus, _ = made()
     bus.deaf = True
     with pytest.raises(NoAnswer, match=r"servo 1 was given the goal \d+, but has 1000"):
-        driver.begin(None)
+        driver.configure(None)
     assert bus.on is None
     bus.deaf = False
-    driver.begin(None)
+    driver.configure(None)
     assert bus.on is True
 
 
 def test_a_servo_that_lets_go_by_itself_stops_the_others(made):
     """As after a supply that failed for a moment: it answers again, and is limp."""
     driver, bus, _ = made()
-    driver.begin(None)
+    driver.configure(None)
     turns(driver, 2.0)
     assert driver.held is None and driver.supply == "7.4 V, 30 degC"
     bus.on = False
@@ -147,7 +147,7 @@ def test_a_servo_that_lets_go_by_itself_stops_the_others(made):
 @pytest.mark.parametrize("dof", [1, 3, 5])
 def test_a_move_arrives_smoothly_and_locked_joints_stay_home(made, dof):
     driver, bus, arm = made(dof=dof)
-    driver.begin(None)
+    driver.configure(None)
     goal = arm.home + 0.2 * ROUND[:dof]
     lasts_s = driver.move(goal, 1.0)
     turns(driver, lasts_s + 0.5)
@@ -161,7 +161,7 @@ def test_a_move_arrives_smoothly_and_locked_joints_stay_home(made, dof):
 def test_an_arm_that_stands_where_it_may_not_be_gets_no_torque(made):
     driver, bus, _ = made(off=np.array([0.0, 1.4, 0.9, 0.6, 0.0]))
     with pytest.raises(OioError, match=r"the arm stands at .* degrees.*not switched on.*by hand near its home"):
-        driver.begin(None)
+        driver.configure(None)
     assert bus.on is None and bus.told == []
 
 
@@ -169,7 +169,7 @@ def test_a_servo_that_does_not_answer_is_named(made):
     driver, bus, _ = made()
     bus.missing = {3}
     with pytest.raises(NoAnswer, match="servo 3 of 5"):
-        driver.begin(None)
+        driver.configure(None)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_a_servo_that_does_not_answer_is_named(made):
 )
 def test_what_must_stop_an_arm_stops_it_for_good(made, broken, why):
     driver, bus, arm = made()
-    driver.begin(None)
+    driver.configure(None)
     lasts_s = driver.move(arm.home + 0.9 * ROUND, 3.0)
     if broken == "clock":
         turns(driver, 0.5)
@@ -198,13 +198,13 @@ def test_what_must_stop_an_arm_stops_it_for_good(made, broken, why):
     assert np.array_equal(bus.told[-1], still) and np.max(np.abs(radians(still)[:1] - arm.home[:1] - 0.9)) > 0.01
     with pytest.raises(OioError):
         driver.move(arm.home, 1.0)
-    driver.begin(None)  # its plug was pulled and put back
+    driver.configure(None)  # its plug was pulled and put back
     assert driver.held is not None
 
 
 def test_an_arm_that_met_something_does_not_go_on_pressing(made):
     driver, bus, arm = made()
-    driver.begin(None)
+    driver.configure(None)
     met = bus.counts.copy()
     bus.stuck = True
     turns(driver, driver.move(arm.home + 0.9 * ROUND, 3.0) + 1.0)
@@ -214,10 +214,10 @@ def test_an_arm_that_met_something_does_not_go_on_pressing(made):
 def test_an_arm_that_stalls_a_little_outside_its_limits_does_not_press_on_either(made):
     """Homing is not exact: what the stop allows may lie beyond what the MJCF does."""
     driver, bus, arm = made()
-    driver.begin(None)
+    driver.configure(None)
     bus.stuck = True
     beyond = arm.high_rad[0] + np.radians(1.0)
-    goal = driver._all.home.copy()
+    goal = driver._whole.home.copy()
     goal[0] = beyond
     bus.counts = np.rint(2048 + goal * 4096 / (2 * np.pi)).astype(int)
     turns(driver, 1.0)
@@ -228,28 +228,28 @@ def test_an_arm_that_stalls_a_little_outside_its_limits_does_not_press_on_either
 def test_a_held_arm_that_was_moved_by_hand_is_held_where_it_is_then(made):
     """Its supply was cut meanwhile: with the old goal it would jump there at full speed."""
     driver, bus, _ = made()
-    driver.begin(None)
+    driver.configure(None)
     driver.stop("a test")
     bus.counts = bus.counts + np.array([300, 0, 0, 0, 0])
     moved, bus.on = bus.counts.copy(), False
-    driver.begin(None)
+    driver.configure(None)
     assert bus.on is True and np.array_equal(bus.told[-1], moved) and driver.held == "a test"
     bus.counts, bus.on = bus.counts + np.array([0, 900, 600, 400, 0]), False
     with pytest.raises(OioError, match="not switched on"):
-        driver.begin(None)
+        driver.configure(None)
     assert bus.on is False
 
 
 def test_how_far_from_home_it_was_found(made):
     for off in (0.0, 0.2):
         driver, _, _ = made(off=off * ROUND)
-        driver.begin(None)
+        driver.configure(None)
         assert driver.from_home_rad == pytest.approx(off, abs=2 * np.pi / 4096)
 
 
 def test_one_complaint_is_no_reason_to_stop(made):
     driver, bus, _ = made()
-    driver.begin(None)
+    driver.configure(None)
     for complaint in ("servo 1 reports a wrong voltage", None):
         bus.complaint = complaint
         turns(driver, 0.1)
@@ -258,7 +258,7 @@ def test_one_complaint_is_no_reason_to_stop(made):
 
 def test_a_host_that_falls_silent_stops_a_moving_arm_and_no_standing_one(made):
     driver, _, arm = made()
-    driver.begin(None)
+    driver.configure(None)
     turns(driver, 4.0, alive=False)
     assert driver.held is None
     driver.move(arm.home + 0.3 * ROUND, 4.0)
@@ -269,16 +269,16 @@ def test_a_host_that_falls_silent_stops_a_moving_arm_and_no_standing_one(made):
 @pytest.mark.parametrize("release", [False, True])
 def test_at_the_end_it_stops_and_lets_go_only_if_asked(made, release):
     driver, bus, arm = made(release=release)
-    driver.begin(None)
+    driver.configure(None)
     driver.move(arm.home + 0.3 * ROUND, 4.0)
     turns(driver, 1.0)
-    driver.end(None)
+    driver.release(None)
     assert bus.on is (not release) and np.max(np.abs(radians(bus.told[-1]) - unlocked(arm).home - 0.3 * ROUND)) > 0.05
 
 
 def test_moves_come_from_another_thread_than_turns(made):
     driver, _, arm = made()
-    driver.begin(None)
+    driver.configure(None)
     over, errors = threading.Event(), []
 
     def lead():
@@ -325,9 +325,9 @@ def test_rhythm_is_mean_spread_and_longest():
 def test_astray_is_far_and_for_long():
     astray, home = TrackingErrorMonitor(("a", "b"), 10.0, 1.0), np.zeros(2)
     far = np.array([0.0, 0.3])
-    assert astray.feel(0.0, far, home) is None and astray.feel(0.9, far, home) is None
-    assert astray.feel(0.95, home, home) is None and astray.feel(1.9, far, home) is None  # it came back: counted anew
-    assert "joint b is 17 degrees" in astray.feel(3.0, far, home)
+    assert astray.check(0.0, far, home) is None and astray.check(0.9, far, home) is None
+    assert astray.check(0.95, home, home) is None and astray.check(1.9, far, home) is None  # it came back: counted anew
+    assert "joint b is 17 degrees" in astray.check(3.0, far, home)
 
 
 @pytest.mark.parametrize(

@@ -47,8 +47,8 @@ def test_relays_boot_are_told_and_let_out_nothing_at_the_end(bench):
 
 def passed(made, for_s):
     """So many seconds of the bench, which may be slow."""
-    until_s, patience_s = made.loop.lab.tick_s + for_s, time.monotonic() + 60.0
-    while made.loop.lab.tick_s < until_s:
+    until_s, patience_s = made.loop.realtime.tick_s + for_s, time.monotonic() + 60.0
+    while made.loop.realtime.tick_s < until_s:
         assert time.monotonic() < patience_s
         time.sleep(0.02)
 
@@ -56,7 +56,7 @@ def passed(made, for_s):
 def said(valve):
     """Its next news."""
     until_s = time.monotonic() + PATIENCE.away_s
-    while (news := valve.watch()) is None and time.monotonic() < until_s:
+    while (news := valve.poll()) is None and time.monotonic() < until_s:
         time.sleep(0.02)
     return news
 
@@ -66,10 +66,10 @@ def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         valve.present("beacon", interrupt.check)
         passed(made, 2.0 * HOLD_S)
-        assert gas == ["none", "beacon"] and valve.watch() is None
-        valve._leave.set()  # what SIGKILL does, too: no more beats, no goodbye, and a port that is let go
-        valve._heart.join()
-        valve._close()
+        assert gas == ["none", "beacon"] and valve.poll() is None
+        valve._stop_requested.set()  # what SIGKILL does, too: no more beats, no goodbye, and a port that is let go
+        valve._heartbeat_thread.join()
+        valve._close_port()
         passed(made, 1.1 * HOLD_S)
         assert gas == ["none", "beacon", "none"]
 
@@ -78,8 +78,8 @@ def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         valve.present("beacon", interrupt.check)
-        beats, beat = [], valve._beat
-        monkeypatch.setattr(valve, "_beat", lambda: (beats.append(valve._told), beat()))
+        beats, beat = [], valve._heartbeat
+        monkeypatch.setattr(valve, "_heartbeat", lambda: (beats.append(valve._command), beat()))
         with valve._lock:
             time.sleep(1.5 * HEARTBEAT_S)
             assert beats == []
@@ -92,17 +92,17 @@ def test_what_kills_the_thread_is_raised(bench, monkeypatch):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         valve.present("source", interrupt.check)
-        monkeypatch.setattr(valve, "_beat", lambda: 1 / 0)
+        monkeypatch.setattr(valve, "_heartbeat", lambda: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             said(valve)
         with pytest.raises(ZeroDivisionError):
-            valve.watch()
+            valve.poll()
     assert gas[-1] == "none"
 
 
 def unplugged(made):
     """Its valve, until `plugged`."""
-    made.loop._asked_s, made.loop._schedule = 0.0, [options.Fault("valve", "unplug", 0.0, 1e9)]
+    made.loop._first_request_s, made.loop._schedule = 0.0, [options.Fault("valve", "unplug", 0.0, 1e9)]
     while made.loop._served["valve"].port.plugged:
         time.sleep(0.01)
 
@@ -126,12 +126,12 @@ def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         valve.present("beacon", interrupt.check)
-        assert valve.watch() is None
+        assert valve.poll() is None
         unplugged(made)
-        assert said(valve) == "backend.valve line: its port went away" and valve.watch() is None
+        assert said(valve) == "backend.valve line: its port went away" and valve.poll() is None
         plugged(made)
         assert said(valve) == "backend.valve line: did V1 again" and gas[-3:] == ["none", "none", "beacon"]  # plugged in, opened, told
-        assert valve.watch() is None
+        assert valve.poll() is None
 
 
 def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(bench):
@@ -139,9 +139,9 @@ def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(benc
     made, gas = bench
     with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
         valve.present("beacon", interrupt.check)
-        made.loop._asked_s, made.loop._schedule = 0.0, [options.Fault("valve", "busy", 0.0, 1e9)]
+        made.loop._first_request_s, made.loop._schedule = 0.0, [options.Fault("valve", "busy", 0.0, 1e9)]
         until_s = time.monotonic() + 3.0 * NO_ANSWER_S
-        while (news := valve.watch()) is None and time.monotonic() < until_s:
+        while (news := valve.poll()) is None and time.monotonic() < until_s:
             time.sleep(0.02)
         assert news == "backend.valve line: does not answer"
         made.loop._schedule = ()
@@ -159,7 +159,7 @@ def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
         assert said(valve) == "backend.valve line: its port went away"
         time.sleep(1.1 * HASTY.away_s)
         with pytest.raises(OioError, match="stays away"):
-            valve.watch()
+            valve.poll()
 
 
 def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
@@ -227,5 +227,5 @@ def test_a_host_that_was_suspended_leaves_the_gas_closed(bench, monkeypatch):
         with pytest.raises(OioError, match=r"suspended or too busy for 360. s"):
             while time.monotonic() < until_s:
                 time.sleep(0.05)
-                valve.watch()
+                valve.poll()
     assert gas[-1] == "none"

@@ -80,7 +80,7 @@ def test_no_bytes_whatever_upset_a_device(chunks):
     for device in (scd30()[0], scd41()[0], nose()[0], Valve(lambda source: None, set())):
         for t_s, chunk in enumerate(chunks):
             assert isinstance(device.answer(chunk), bytes)
-            device.spoken(float(t_s))
+            device.tick(float(t_s))
 
 
 @given(st.integers(1, 7))
@@ -92,7 +92,7 @@ def test_a_question_may_come_in_pieces(cut):
 
 def test_an_scd30_answers_the_bytes_of_its_data_sheet():
     device, _, _ = scd30()
-    device.spoken(2.0)
+    device.tick(2.0)
     assert device.answer(bytes.fromhex("610300270001 3DA1")) == modbus.read_reply(ADDRESS, 3, (1,))
     reply = device.answer(bytes.fromhex("610300280006 4C60"))
     assert reply.startswith(bytes.fromhex("61030C 43DB8C2E")) and len(reply) == 17
@@ -104,7 +104,7 @@ def test_a_new_value_every_update_and_ready_once():
     device, _, smell = scd30(update_s=0.1)
     seen = []
     for tick in range(1, 101):
-        device.spoken(0.02 * tick)
+        device.tick(0.02 * tick)
         if read(device, 0x27) == (1,):
             seen.append(modbus.floats(read(device, 0x28, 6))[0])
             assert read(device, 0x27) == (0,)
@@ -125,23 +125,23 @@ def test_registers_keep_what_they_may_and_refuse_the_rest():
 def test_stopped_it_measures_nothing_until_it_is_started():
     device, _, smell = scd30()
     wrote(device, 0x37, 1)
-    device.spoken(10.0)
+    device.tick(10.0)
     assert smell.asked == [] and read(device, 0x27) == (0,)
     wrote(device, 0x36, 0)
-    device.spoken(11.9)
+    device.tick(11.9)
     assert smell.asked == []
-    device.spoken(12.0)
+    device.tick(12.0)
     assert smell.asked == [0]
 
 
 def test_replugged_it_boots_and_goes_on():
     device, _, smell = scd30()
     wrote(device, 0x25, 7)
-    device.powered(30.0)
+    device.power_on(30.0)
     assert device.answer(modbus.read_request(ADDRESS, 0x20, 1)) == b""
-    device.spoken(30.0 + BOOT_S)
+    device.tick(30.0 + BOOT_S)
     assert read(device, 0x25) == (7,)
-    device.spoken(32.0 + BOOT_S)
+    device.tick(32.0 + BOOT_S)
     assert smell.asked == [0]
 
 
@@ -149,7 +149,7 @@ def test_values_stick_and_saturate():
     device, trouble, _ = scd30(update_s=0.02)
 
     def value(t_s):
-        device.spoken(t_s)
+        device.tick(t_s)
         return modbus.floats(read(device, 0x28, 6))[0]
 
     first = value(0.02)
@@ -168,7 +168,7 @@ def test_an_scd41_behind_its_bridge():
     assert asked(device, scd4x.START) == (0, ())
     assert asked(device, scd4x.READ, 3)[0] == shdlc.NACK  # nothing measured yet
     assert not scd4x.is_ready(asked(device, scd4x.READY, 1)[1][0])
-    device.spoken(5.0)
+    device.tick(5.0)
     assert scd4x.is_ready(asked(device, scd4x.READY, 1)[1][0])
     state, words = asked(device, scd4x.READ, 3)
     assert state == 0 and scd4x.measured(words) == (439.0, pytest.approx(25.0, abs=0.01), pytest.approx(50.0, abs=0.01))
@@ -181,7 +181,7 @@ def test_while_it_measures_it_takes_no_other_command():
     assert [asked(device, command, words)[0] for command, words in ((scd4x.VARIANT, 1), (scd4x.START, 0))] == [shdlc.NACK] * 2
     assert asked(device, scd4x.STOP)[0] == 0
     assert asked(device, scd4x.VARIANT, 1)[0] == shdlc.NACK  # for half a second more
-    device.spoken(0.5)
+    device.tick(0.5)
     assert asked(device, scd4x.VARIANT, 1) == (0, (0x1440,))
 
 
@@ -206,26 +206,26 @@ def test_the_bridge_itself():
     trouble.add("nack")
     assert bridged(device, scd4x.VERSION).state == shdlc.NACK
     trouble.clear()
-    device.powered(9.0)
+    device.power_on(9.0)
     assert asked(device, scd4x.VARIANT, 1)[0] == shdlc.NACK  # off again
 
 
 def test_a_line_nose_speaks_every_period_with_the_time_of_its_values():
     device, _ = nose()
-    frames = [frame for tick in range(1, 51) for frame in said(device.spoken(0.02 * tick))]
+    frames = [frame for tick in range(1, 51) for frame in said(device.tick(0.02 * tick))]
     assert [int(ms) for _, ms, *_ in frames] == [100 * i for i in range(1, 11)]
     assert frames[0] == ("NOSE", "100", "A", "100", "101")
     assert said(device.answer(b"P40\n")) == [("ACK", "P40", "1000")]
-    frames = [frame for tick in range(51, 61) for frame in said(device.spoken(0.02 * tick))]
+    frames = [frame for tick in range(51, 61) for frame in said(device.tick(0.02 * tick))]
     assert [int(ms) for _, ms, *_ in frames] == [1040, 1080, 1120, 1160, 1200]
 
 
 def test_it_says_which_element_was_chosen():
     device, _ = nose()
     assert said(device.answer(b"SB\n")) == [("ACK", "SB", "0")]
-    assert said(device.spoken(0.1))[0][2] == "B"
+    assert said(device.tick(0.1))[0][2] == "B"
     device.answer(b"SA\n")
-    assert said(device.spoken(0.2))[0][2] == "A"
+    assert said(device.tick(0.2))[0][2] == "A"
 
 
 @pytest.mark.parametrize("command", ["P19", "P10001", "P", "P-5", "SC", "sa", "X", "V3", "HELLO", "P0000000000000500"])
@@ -243,36 +243,36 @@ def test_it_says_who_it_is():
 
 def test_one_element_leaves_the_other_channel_at_nothing():
     device, _ = nose(elements=1)
-    assert said(device.spoken(0.1))[0][3:] == ("100", "0")
+    assert said(device.tick(0.1))[0][3:] == ("100", "0")
 
 
 def test_its_clock_jumps_and_begins_again_at_power_up():
     device, trouble = nose()
     trouble.add("clock")
-    assert said(device.spoken(0.1))[0][1] == "10100"
+    assert said(device.tick(0.1))[0][1] == "10100"
     trouble.clear()
-    assert said(device.spoken(0.2))[0][1] == "200"
+    assert said(device.tick(0.2))[0][1] == "200"
     device.answer(b"SB\n")
-    device.powered(1.0)
-    assert device.answer(b"ID\n") == b"" and device.spoken(2.0) == b""  # the bootloader waits
-    ms, active = said(device.spoken(2.9))[0][1:3]
+    device.power_on(1.0)
+    assert device.answer(b"ID\n") == b"" and device.tick(2.0) == b""  # the bootloader waits
+    ms, active = said(device.tick(2.9))[0][1:3]
     assert (ms, active) == ("100", "A")
 
 
 def test_saturated_is_full_scale():
     device, trouble = nose()
     trouble.add("saturated")
-    assert said(device.spoken(0.1))[0][3:] == ("1023", "1023")
+    assert said(device.tick(0.1))[0][3:] == ("1023", "1023")
 
 
 def test_a_valve_opens_one_source():
     opened = []
     valve = Valve(opened.append, set())
-    valve.spoken(3.0)
+    valve.tick(3.0)
     assert said(valve.answer(b"V1\nV2\nV0\n")) == [("ACK", "V1", "3000"), ("ACK", "V2", "3000"), ("ACK", "V0", "3000")]
     assert opened == ["beacon", "source", "none"]
     assert said(valve.answer(b"SA\n")) == [("NAK", "SA")]
-    valve.powered(5.0)
+    valve.power_on(5.0)
     assert opened[-1] == "none" and len(opened) == 4
 
 
@@ -281,7 +281,7 @@ def test_a_valve_closes_by_itself_unless_it_is_told_again_and_does_so_once():
     valve = Valve(opened.append, set())
     for tick in range(1, 2501):  # 50 s; it is told up to the 16th
         t_s = 0.02 * tick
-        assert valve.spoken(t_s) == b""
+        assert valve.tick(t_s) == b""
         if tick % 400 == 50:
             assert said(valve.answer(b"V2\n" if t_s < 20.0 else b"ID\n"))
         assert opened == (["source"] if 1.0 <= t_s < 17.0 + HOLD_S - 1e-6 else ["source", "none"] if t_s > 2.0 else []), t_s

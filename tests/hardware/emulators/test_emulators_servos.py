@@ -81,7 +81,7 @@ def test_no_bytes_whatever_upset_them(chunks):
     for host in (OfFeetech(), OfDynamixel()):
         for t_s, chunk in enumerate(chunks):
             assert isinstance(host.bus.answer(chunk), bytes)
-            assert host.bus.spoken(float(t_s)) == b""
+            assert host.bus.tick(float(t_s)) == b""
 
 
 @given(st.integers(0, 5), st.sampled_from([1, 2, 3, 7, 8, 10]), st.binary(max_size=12))
@@ -213,7 +213,7 @@ def test_a_servo_that_overheats_says_so_and_lets_go(host):
     host.put(2, host.torque, 1)
     host.put(3, host.torque, 1)
     for tick in range(1, 151):
-        host.bus.spoken(0.02 * tick)
+        host.bus.tick(0.02 * tick)
         host.trouble.add("hot")
     assert host.get(2, host.temperature) > 80 and host.get(3, host.temperature) == 30
     assert host.get(2, host.torque) == 0 and host.get(3, host.torque) == 1
@@ -221,11 +221,11 @@ def test_a_servo_that_overheats_says_so_and_lets_go(host):
     assert host.ask(host.wire.ping(3))[0][1] == 0
     host.put(2, host.goal, 2500)
     host.put(2, host.torque, 1)
-    host.bus.spoken(3.02)
+    host.bus.tick(3.02)
     assert host.get(2, host.torque) == 0
     host.trouble.clear()
     for tick in range(151, 400):
-        host.bus.spoken(0.02 * tick)
+        host.bus.tick(0.02 * tick)
     assert host.get(2, host.temperature) == 30
     host.put(2, host.torque, 1)
     assert host.get(2, host.torque) == int(host.wire is sts)  # a Dynamixel wants to be rebooted first

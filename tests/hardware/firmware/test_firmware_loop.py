@@ -92,8 +92,8 @@ class Wired(RealtimePlant):
 class Room:
     """A running bench with an arm or without; `words` connect a run to it."""
 
-    def __init__(self, lab: Wired, words: list[str]) -> None:
-        self.lab, self.words = lab, words
+    def __init__(self, realtime: Wired, words: list[str]) -> None:
+        self.realtime, self.words = realtime, words
 
     def run(self, out: Path, *words: str, within_s: float = 300) -> "subprocess.CompletedProcess[str]":
         """`python -m oio.run` against it."""
@@ -110,23 +110,23 @@ def rooms(host: Path, elf: Path, tmp_path: Path, composed: Any, built: Any) -> C
         sim: MujocoSim = built("backend", *SENSOR)
         with contextlib.ExitStack() as stack:
             plant = stack.enter_context(sim.plant())
-            lab = Wired(plant, sim.arm, speed)
+            realtime = Wired(plant, sim.arm, speed)
             nose, *others = [Board(host, elf, speed) for _ in range(1 + arm)]
             for board in (nose, *others):
                 stack.callback(board.close)
-            lab.wire(nose, others[0] if arm else None)
+            realtime.wire(nose, others[0] if arm else None)
             words = [f"backend.speed={speed:g}", "backend.nose.driver=line", f"backend.nose.port={nose.path}", "backend.valve.driver=none"]
             served, agenda = {}, EventQueue()
             if arm:
                 port = PseudoTerminal(tmp_path / "arm")
                 port.plug()
                 stack.callback(port.unplug)
-                served["arm"] = EmulatedPort(Feetech(lab, set()), port, set(), agenda, speed, np.random.default_rng(0))
+                served["arm"] = EmulatedPort(Feetech(realtime, set()), port, set(), agenda, speed, np.random.default_rng(0))
                 words[-1] = "backend.valve.driver=line"
                 words += [f"backend.valve.port={others[0].path}", "backend.arm.driver=feetech", f"backend.arm.port={port.link}"]
                 words += [f"source.position={plant.places['source'].tolist()}"]  # for scoring alone
-            with Loop(lab, served, agenda, ()).running():
-                yield Room(lab, words)
+            with Loop(realtime, served, agenda, ()).running():
+                yield Room(realtime, words)
 
     return made
 
@@ -147,7 +147,7 @@ def test_what_the_plume_does_to_the_sensor_reaches_the_log_through_the_firmware(
     elements = [s.element for s in gas]
     assert abs(elements.count(0) - elements.count(1)) <= 2  # they take turns
     for element in (0, 1):
-        assert {s.raw for s in gas if s.element == element} <= set(room.lab.given[element])  # to the count
+        assert {s.raw for s in gas if s.element == element} <= set(room.realtime.given[element])  # to the count
     assert {s.raw for s in gas if s.element == 0} != {s.raw for s in gas if s.element == 1}
 
 

@@ -51,9 +51,9 @@ def test_a_bench_is_a_plant_that_is_sampled(sim, overrides):
 def test_encoders_are_the_fine_angle_in_whole_counts(sim):
     with sim(5, "arm.homing_offset_deg=1.0").plant() as plant:
         for _ in range(20):
-            plant.tick(plant.turned() + 0.01)
-            np.testing.assert_allclose(plant.encoders(), STEP * np.rint(plant.turned() / STEP), atol=1e-12)
-    assert np.max(np.abs(plant.encoders() - plant.turned())) > 1e-5
+            plant.tick(plant.fine_angles() + 0.01)
+            np.testing.assert_allclose(plant.encoders(), STEP * np.rint(plant.fine_angles() / STEP), atol=1e-12)
+    assert np.max(np.abs(plant.encoders() - plant.fine_angles())) > 1e-5
 
 
 def test_a_still_arm_carries_itself_and_a_pushed_one_is_at_its_most(sim):

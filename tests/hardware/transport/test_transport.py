@@ -129,11 +129,11 @@ def test_ask_takes_the_port_that_answers(monkeypatch, pty):
     echo = threading.Thread(target=lambda: os.write(master, os.read(master, 10)))
     echo.start()
 
-    def knock(wire):
+    def identify(wire):
         wire.write(b"who?")
         return wire.read(0.3).decode() or None
 
-    assert discovery.resolve_port("ask", "backend.nose.port", 115200, knock) == slave
+    assert discovery.resolve_port("ask", "backend.nose.port", 115200, identify) == slave
     echo.join()
 
 
@@ -258,19 +258,19 @@ class Echo:
     def __init__(self):
         self.begun, self.heard, self.ended = 0, 0, 0
 
-    def knock(self, wire):
+    def identify(self, wire):
         return None
 
-    def begin(self, wire):
+    def configure(self, wire):
         self.begun += 1
 
-    def turn(self, wire):
+    def poll(self, wire):
         wire.write(b"?")
         data = wire.read(0.05)
         self.heard += len(data)
         return bool(data)
 
-    def end(self, wire):
+    def release(self, wire):
         self.ended += 1
 
     def counts(self):
@@ -318,7 +318,7 @@ def bench(tmp_path):
     device.start()
     assert device.ready.wait(2.0)
     yield there, device
-    device.leave()
+    device.stop()
     there.over = True
     there.join()
 
@@ -383,14 +383,14 @@ def test_a_device_that_stays_away_ends_with_a_clear_word(bench):
 
 def test_leaving_says_goodbye_and_lets_the_port_go(bench, tmp_path):
     _, device = bench
-    device.leave()
+    device.stop()
     assert device.driver.ended == 1 and not device.is_alive()
     open_port(str(tmp_path / "nose"), 115200, "backend.nose.port").close()
 
 
 def test_a_device_that_was_never_started_can_be_left(tmp_path):
     device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE)
-    device.leave()
+    device.stop()
     assert device.error is None and device.driver.ended == 0
 
 
@@ -398,4 +398,4 @@ def test_a_port_that_never_was_is_refused_at_once(tmp_path):
     device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE)
     device.start()
     assert device.ready.wait(1.0) and isinstance(device.error, BadInput)
-    device.leave()
+    device.stop()

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.core.records import GasReading, JointState, nanoseconds
+from oio.core.records import GasReading, Innovation, JointState, nanoseconds
 from oio.estimators.odometry import Odometry
 
 SILENT = [(math.nan, 0.05), (math.inf, 0.05), (-math.inf, 0.05), (1.0, math.nan), (1.0, math.inf)]
@@ -61,3 +61,42 @@ def test_before_the_first_map_it_is_dropped(lab, built):
     for ppm, sigma in SILENT:
         assert odometry.reading(GasReading(0, 0, ppm, sigma)) is None
     assert len(odometry.trace) == 0
+
+
+class Surprised:
+    """A filter that leaves the belief as it is; the NIS of every reading is its ppm."""
+
+    def predict(self, model, belief, joints):
+        return belief
+
+    def update(self, model, belief, reading):
+        return belief, Innovation(reading.t_ns, [np.sqrt(reading.ppm)], [[1.0]], False)
+
+
+@pytest.fixture
+def consistent(lab, built):
+    """Whether an odometry is consistent, mean NIS below 3, after readings of these NIS since its map."""
+    made = lab(3, 1, seed=31)
+    sniffs = made.problem(made.theta(), poses=8).sniffs
+
+    def after(*nis):
+        odometry = Odometry(Surprised(), made.known, built("belief_map"))
+        fed(odometry, sniffs)
+        odometry.locate(5)
+        t_ns = nanoseconds(float(sniffs.t_s[-1]))
+        for i, value in enumerate(nis, start=1):
+            odometry.reading(GasReading(t_ns + i, 0, value, 1.0))
+        return odometry.consistent(3.0)
+
+    return after
+
+
+def test_consistency_is_judged_by_the_latest_fifty_readings(consistent):
+    """Forty large ones are in the window still, and outweigh ten small ones after them; beyond fifty they are forgotten."""
+    assert not consistent(*[5.0] * 40, *[0.0] * 10)
+    assert consistent(*[5.0] * 40, *[0.0] * 25) and consistent(*[100.0] * 40, *[2.9] * 50)
+    assert not consistent(*[100.0], *[2.0] * 49) and consistent(*[100.0], *[2.0] * 50)
+
+
+def test_fewer_than_ten_readings_are_no_evidence(consistent):
+    assert consistent(*[9.0] * 9) and not consistent(*[9.0] * 10)

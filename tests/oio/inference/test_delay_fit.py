@@ -11,7 +11,7 @@ from oio.core.records import GasReading, JointState, nanoseconds
 from oio.estimators.odometry import Odometry
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.timing import Delay, JointDelayLine, shift_path
-from oio.inference.delay_fit import fit_delay, golden
+from oio.inference.delay_fit import fit_delay
 from oio.inference.map_fit import solve
 
 CALM = Fluctuation(1.0, 0.05, 0.3)
@@ -67,11 +67,6 @@ def test_what_knows_the_lag_less_knows_the_delay_less(lab):
         for _, theta, problem in (beacon(lab, 0.15, 710, tau_u) for tau_u in (0.01, 0.5))
     )
     assert sure.u_s < vague.u_s
-
-
-@given(st.floats(-3.0, 3.0), st.floats(0.1, 10.0))
-def test_the_golden_section_finds_the_lowest_point(where, steep):
-    assert golden(lambda x: steep * (x - where) ** 2, -4.0, 4.0) == pytest.approx(where, abs=8 * 0.618**12)
 
 
 def joints(t_s, q):

@@ -205,11 +205,11 @@ def test_what_is_allowed_goes_as_it_ever_did_to_the_bit(made, words):
         ([0.0, -1.0, 0.6], np.inf, 0.0, "finite times"),
         ([0.0, -1.0, 0.6], 1.0, np.nan, "finite times"),
         ([0.0, -1.0, 0.6], 1.0, 0.6, r"came 0\.58 s after it was commanded; safety.stale_s=0.5 s"),
-        (FOLDED, 1.0, 0.0, "no way was found"),
+        (FOLDED, 1.0, 0.0, "no path was found"),
     ],
 )
 def test_a_refused_command_harms_nothing(made, goal, over_s, age_s, said):
-    """NaN, infinity, another length, out of limits or box, no time, stale, or where no way leads: the move under way goes on to the bit."""
+    """NaN, infinity, another length, out of limits or box, no time, stale, or without a path: the move under way goes on to the bit."""
     arm, safety = made("dof=3")
     refusing, other = stood(arm, safety), stood(arm, safety)
     for guard in (refusing, other):
@@ -251,7 +251,7 @@ def test_over_obstacles_of_the_box_the_arm_arrives_when_it_said(made):
         try:
             over_s = watched.move_s(b)
         except BadInput:
-            with pytest.raises(BadInput, match="no way was found"):
+            with pytest.raises(BadInput, match="no path was found"):
                 guard.move(b, 1.0, 0.0)
             continue
         assert guard.move(b, over_s, 0.0) == pytest.approx(over_s, rel=1e-12)
@@ -304,7 +304,7 @@ def test_commands_that_nobody_asked_a_set_point_for_take_the_arm_no_farther(made
     guard.move(arm.home + SIDEWAYS, 1.0, 0.0)
     before = stream(guard, 0.5)[-1]
     for t_s in np.arange(0.54, 0.8, 0.04):
-        with pytest.raises(BadInput, match="no way was found"):
+        with pytest.raises(BadInput, match="no path was found"):
             guard.move(FOLDED, 1.0, t_s)
     guard.move(arm.home, 1.0, 0.8)
     assert 0.0 < np.max(np.abs(guard.set_point(0.8) - before)) <= SPEED_TOLERANCE * arm.joint_speed * safety.step_s
@@ -400,7 +400,7 @@ def test_it_moves_only_once_it_has_begun_and_not_from_anywhere(made):
     five, limits = made("dof=5")
     with pytest.raises(BadInput, match="joints may go from"):  # the nose is where it is at home
         Guard(five, limits).begin(np.array([*five.home[:4], 3.0]))
-    with pytest.raises(BadInput, match=r"alive\('cat'\) was said, but a guard listens to host and nose"):
+    with pytest.raises(BadInput, match="a heartbeat of 'cat' was given, but a guard expects those of host and nose"):
         guard.alive(0.0, "cat")
 
 

@@ -44,7 +44,7 @@ def test_the_nose_stays_in_its_box_and_the_legs_are_joined(built, dof):
         assert box_violation_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
         np.testing.assert_array_equal(way[0].start, a)
         for leg, after in zip(way, (*(leg.start for leg in way[1:]), b), strict=True):
-            np.testing.assert_allclose(leg.start + leg.turn, after, atol=1e-12)
+            np.testing.assert_allclose(leg.start + leg.delta, after, atol=1e-12)
         np.testing.assert_allclose([joints_at(way, 0.0), joints_at(way, duration_s(way))], [a, b], atol=1e-12)
 
     stays()
@@ -58,7 +58,7 @@ def test_straight_where_that_will_do_in_the_time_the_arm_plans_to_the_bit(built,
     if inside:
         (leg,) = plan(arm, a, b)
         assert leg.over_s == max(float(arm.duration_s(a, b)), MIN_SEGMENT_S)
-        np.testing.assert_array_equal(leg.turn, b - a)
+        np.testing.assert_array_equal(leg.delta, b - a)
 
 
 @pytest.mark.parametrize("size", [0.03, 0.3, 3.0])
@@ -72,7 +72,7 @@ def test_what_is_looked_at_in_places_is_so_in_between(built, size):
         leg, seen_m = _straight(arm, a, b)
         nose = arm.nose(a + shares * (b - a))
         assert box_violation_m(arm, nose) == pytest.approx(seen_m, abs=5e-5)
-        assert np.max(np.linalg.norm(np.diff(nose, axis=0), axis=1)) * 2000 == pytest.approx(leg.rush_m, rel=2e-3)
+        assert np.max(np.linalg.norm(np.diff(nose, axis=0), axis=1)) * 2000 == pytest.approx(leg.peak_m, rel=2e-3)
 
 
 def test_a_round_trip_takes_as_long_either_way(built):
@@ -121,16 +121,16 @@ def test_a_bent_way_is_slowed_to_the_limit_of_the_nose(built):
         assert over_s > arm.duration_s(a, b)
 
 
-def test_where_there_is_no_way_that_is_said(built):
+def test_a_goal_without_a_path_is_refused(built):
     arm = built("arm", "dof=3")
-    with pytest.raises(BadInput, match=r"no way was found from \[0.0, -1.0, 0.6\] to .* it gets \d+ mm out. Ask for .*dof=5"):
+    with pytest.raises(BadInput, match=r"no path was found from \[0.0, -1.0, 0.6\] to .* it leaves that by \d+ mm. Ask for .*dof=5"):
         plan(arm, arm.home, np.array([1.783, -1.518, -1.527]))
 
 
-def test_one_joint_has_one_way(built):
+def test_one_joint_has_one_path(built):
     """Its arc bows over the front of a box that both ends are in."""
     arm = replace(built("arm", "dof=1"), box_high_m=(0.32, 0.45, 0.50))
     a, b = np.array([-0.4]), np.array([0.4])
     assert arm.inside(a) and arm.inside(b)
-    with pytest.raises(BadInput, match="gets 16 mm out"):
+    with pytest.raises(BadInput, match="leaves that by 16 mm"):
         plan(arm, a, b)

@@ -10,6 +10,7 @@ import pytest
 from oio.core.errors import BadInput
 from oio.core.records import Event, GasReading, GasSample, JointState, Truth
 from oio.log import RunLog, read_samples
+from oio.runtime import guarded_world
 from oio.runtime.context import Context, sniff
 from oio.runtime.guarded_world import GuardedWorld
 from oio.runtime.runner import check_order, result_type, run_stages
@@ -249,3 +250,17 @@ def test_a_bad_order_runs_nothing(tmp_path, built):
     with pytest.raises(BadInput):
         run(tmp_path, built, {"one": GivesFirst(), "uno": GivesFirst()})
     assert GivesFirst.drawn == []
+
+
+def test_a_move_that_was_asked_about_is_planned_once(watched, monkeypatch):
+    """And planned anew once the arm was sent on: the path begins elsewhere."""
+    world, _, arm = watched
+    planned, real = [], guarded_world.plan
+    monkeypatch.setattr(guarded_world, "plan", lambda *args: planned.append(args[1]) or real(*args))
+    a, b = arm.home + np.array([0.1, 0.0, 0.0]), arm.home + np.array([0.0, 0.1, 0.0])
+    over_s = world.move_s(a)
+    assert world.move_s(a.copy()) == over_s and len(planned) == 1
+    world.move(a)
+    assert len(planned) == 1
+    assert world.move_s(b) > world.move_s(a) and len(planned) == 3
+    np.testing.assert_array_equal(planned, [arm.home, a, a])
