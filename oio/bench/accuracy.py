@@ -10,11 +10,11 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from oio.bench.arguments import Arguments, read
 from oio.bench.case_summary import Row, rows
-from oio.bench.output_folder import Record, Sheet, claimed, names, write
-from oio.bench.parallel import as_they_come
+from oio.bench.output_folder import CsvFile, Record, claim_folder, names, write
+from oio.bench.parallel import run_parallel
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.table import show
-from oio.bench.trial import attempt, setting
+from oio.bench.trial import composed_trial, try_trial
 from oio.cli.help import choices
 from oio.cli.table_1 import table_1
 from oio.core.errors import BadInput, OioError
@@ -43,25 +43,25 @@ class Plan:
 def run(arguments: list[str]) -> None:
     """Run the command: trials, table, figure. After Ctrl-C the finished trials are summarised."""
     words = read("accuracy", arguments)
-    plan, jobs = planned(words), words.whole("jobs", 1)
-    out = claimed(words.own["out"], "accuracy", (TABLE, TRIALS, FIGURE))
-    trials, stop = gathered(plan, jobs, out)
+    plan, jobs = plan_cases(words), words.whole("jobs", 1)
+    out = claim_folder(words.own["out"], "accuracy", (TABLE, TRIALS, FIGURE))
+    trials, stop = run_trials(plan, jobs, out)
     if trials:
-        summed_up(trials, out)
+        write_summary(trials, out)
     if stop is not None:
         raise stop
 
 
-def planned(words: Arguments) -> Plan:
+def plan_cases(words: Arguments) -> Plan:
     """Return the cases, with each value of each key checked; raises BadInput before anything is run."""
     keys = {key: words.several(key) for key in GROUPS}
     if min(words.wholes("dof")) < 3:
         raise BadInput(f"dof={words.own['dof']} was given, but a position takes three joints at least. Type e.g. dof=3,5.")
     combinations = itertools.product(keys["sensor"], keys["air"], words.wholes("dof"), keys["search"], keys["ekf"])
     cases = tuple(Case(*values) for values in combinations)
-    cfg, _ = setting((*cases[0].words, *words.overrides))
+    cfg, _ = composed_trial((*cases[0].words, *words.overrides))
     for case in _cases_to_check(cases, keys):
-        setting((*case.words, *words.overrides))
+        composed_trial((*case.words, *words.overrides))
     return Plan(cases, words.wholes("seeds"), words.overrides, 1e3 * words.number("found_sd") * float(cfg["stop"]["sd_m"]))
 
 
@@ -73,14 +73,14 @@ def _cases_to_check(cases: tuple[Case, ...], keys: dict[str, tuple[str, ...]]) -
     return external + [first._replace(dof=dof) for dof in dict.fromkeys(case.dof for case in cases)]
 
 
-def gathered(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseException | None]:
+def run_trials(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseException | None]:
     """Run all trials and write trials.csv, in order; if stopped, return the finished ones and the exception."""
     found = dict[int, Trial]()
     stop: BaseException | None = None
-    sheet = Sheet(out / TRIALS, _TRIAL_FIELDS)  # in order of completion: what a killed benchmark leaves
+    sheet = CsvFile(out / TRIALS, _TRIAL_FIELDS)  # in order of completion: what a killed benchmark leaves
     tasks = [((*case.words, *plan.overrides), seed) for case, seed in plan.tasks]
     try:
-        for number, (document, reason) in as_they_come(attempt, tasks, jobs, "trials", PER_JOB):
+        for number, (document, reason) in run_parallel(try_trial, tasks, jobs, "trials", PER_JOB):
             found[number] = scored(*plan.tasks[number], document, reason, plan.false_mm)
             sheet.add(_csv_record(found[number]))
     except KeyboardInterrupt as interrupt:
@@ -93,7 +93,7 @@ def gathered(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseExcepti
     return trials, stop
 
 
-def summed_up(trials: list[Trial], out: Path) -> None:
+def write_summary(trials: list[Trial], out: Path) -> None:
     """Write accuracy.csv and accuracy.png, and print the table."""
     from oio.figures.accuracy import draw  # here: matplotlib takes a second to import, and workers do without
 

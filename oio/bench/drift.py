@@ -6,11 +6,11 @@ from pathlib import Path
 
 from oio.bench.arguments import Arguments, read
 from oio.bench.drift_table import Row, Trials, rows, show
-from oio.bench.drift_trial import SOURCES, Case, Times, attempt
-from oio.bench.nose_error import Off
-from oio.bench.output_folder import claimed, names, write
-from oio.bench.parallel import as_they_come
-from oio.bench.trial import setting
+from oio.bench.drift_trial import SOURCES, Case, Times, try_trial
+from oio.bench.nose_error import NoseErrorSample
+from oio.bench.output_folder import claim_folder, names, write
+from oio.bench.parallel import run_parallel
+from oio.bench.trial import composed_trial
 from oio.core.errors import BadInput
 
 TABLE, TRIALS, FIGURE = "drift.csv", "trials.csv", "drift.png"
@@ -20,23 +20,23 @@ def run(arguments: list[str]) -> None:
     """Run the command: trials, table, figure. After Ctrl-C the finished trials are summarised."""
     words = read("drift", arguments)
     times = Times(tuple(sorted(float(t) for t in words.wholes("after_s"))), words.number("window_s"), words.number("dwell_s"))
-    cases = planned(words, times)
+    cases = plan_cases(words, times)
     tasks = list(itertools.product(cases, words.wholes("seeds")))
-    out = claimed(words.own["out"], "drift", (TABLE, TRIALS, FIGURE))
+    out = claim_folder(words.own["out"], "drift", (TABLE, TRIALS, FIGURE))
     work = [((*case.words(times.after_s[-1]), *words.overrides), case.source, seed, times) for case, seed in tasks]
-    found: dict[int, tuple[list[Off], str]] = {}
+    found: dict[int, tuple[list[NoseErrorSample], str]] = {}
     stop: BaseException | None = None
     try:
-        found.update(as_they_come(attempt, work, words.whole("jobs", 1), "drift"))
+        found.update(run_parallel(try_trial, work, words.whole("jobs", 1), "drift"))
     except KeyboardInterrupt as interrupt:
         stop = interrupt
     if found:
-        summed_up([(*tasks[i], *found[i]) for i in sorted(found)], times, out)
+        write_summary([(*tasks[i], *found[i]) for i in sorted(found)], times, out)
     if stop is not None:
         raise stop
 
 
-def planned(words: Arguments, times: Times) -> list[Case]:
+def plan_cases(words: Arguments, times: Times) -> list[Case]:
     """Return all cases, each built once; raises BadInput before anything is run."""
     unknown = [source for source in words.several("source") if source not in SOURCES]
     if unknown or min(words.wholes("dof")) < 3:
@@ -47,17 +47,17 @@ def planned(words: Arguments, times: Times) -> list[Case]:
     lists = words.several("sensor"), words.several("air"), words.wholes("dof"), words.several("ekf"), words.several("source")
     cases = [Case(*values) for values in itertools.product(*lists)]
     for case in cases:
-        setting((*case.words(times.after_s[-1]), *words.overrides))
+        composed_trial((*case.words(times.after_s[-1]), *words.overrides))
     return cases
 
 
-def summed_up(trials: Trials, times: Times, out: Path) -> None:
+def write_summary(trials: Trials, times: Times, out: Path) -> None:
     """Write drift.csv, trials.csv and drift.png, and print the table."""
     from oio.figures.drift import draw
 
     lines = [{**case._asdict(), "seed": seed, **asdict(at)} for case, seed, ats, _ in trials for at in ats]
     failed = [{**case._asdict(), "seed": seed, "reason": reason} for case, seed, ats, reason in trials if reason]
-    write(out / TRIALS, [*Case._fields, "seed", *names(Off), "reason"], [*lines, *failed])
+    write(out / TRIALS, [*Case._fields, "seed", *names(NoseErrorSample), "reason"], [*lines, *failed])
     found = {case: rows([t for t in trials if t[0] == case], times) for case in dict.fromkeys(t[0] for t in trials)}
     write(out / TABLE, [*Case._fields, *names(Row)], ({**case._asdict(), **asdict(row)} for case, rs in found.items() for row in rs))
     draw({case: [ats for c, _, ats, _ in trials if c == case] for case in found}, out / FIGURE)

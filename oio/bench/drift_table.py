@@ -11,9 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from oio.bench.drift_trial import Case, Times
-from oio.bench.nose_error import Off
+from oio.bench.nose_error import NoseErrorSample
 
-Trials = Sequence[tuple[Case, int, list[Off], str]]  # case, seed, errors, reason of a failure
+Trials = Sequence[tuple[Case, int, list[NoseErrorSample], str]]  # case, seed, errors, reason of a failure
 HEADS = ("after [s]", "n", "failed", "filter [mm]", "worst", "claimed", "in 95 % [%]", "dead reckoning [mm]", "ratio")
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oio.bench.hover import Hover, Hovered
-from oio.bench.nose_error import NoseLog, Off, errors, off
+from oio.bench.nose_error import NoseErrorSample, NoseLog, errors, nose_error_at
 from oio.bench.trial import experiment
 from oio.cli.experiment import Experiment
 from oio.cli.hydra_errors import known_error
@@ -45,7 +45,7 @@ class Times:
     dwell_s: float
 
 
-def attempt(words: tuple[str, ...], source: str, seed: int, times: Times) -> tuple[list[Off], str]:
+def try_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> tuple[list[NoseErrorSample], str]:
     """Return the errors every STEP_S and at the evaluation times, or none and the reason of the failure."""
     try:
         return run_trial(words, source, seed, times), ""
@@ -53,7 +53,7 @@ def attempt(words: tuple[str, ...], source: str, seed: int, times: Times) -> tup
         return [], str(known_error(error, CONF) or repr(error))
 
 
-def run_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> list[Off]:
+def run_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> list[NoseErrorSample]:
     """Calibrate, then hover about the beacon or search, and return the nose errors."""
     built, log = experiment(words, seed), NoseLog()
     stages: dict[str, Stage] = {name: built.stages[name] for name in CALIBRATION}
@@ -64,7 +64,7 @@ def run_trial(words: tuple[str, ...], source: str, seed: int, times: Times) -> l
     assert isinstance(result, Hovered | Navigation)
     series = errors(log, built.arm, result.began_ns)
     ticks = sorted({*times.after_s, *np.arange(STEP_S, times.after_s[-1], STEP_S).tolist()})
-    return [sample for t in ticks if (sample := off(series, t, times.window_s)) is not None]
+    return [sample for t in ticks if (sample := nose_error_at(series, t, times.window_s)) is not None]
 
 
 def _hover(built: Experiment, times: Times) -> Hover:

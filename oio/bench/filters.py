@@ -11,8 +11,8 @@ from rich.table import Table
 
 from oio.bench.arguments import Arguments, read
 from oio.bench.filter_workload import Workload, filterpy_alone, first_belief, matrices, model_alone, workload
-from oio.bench.output_folder import claimed, names, write
-from oio.bench.trial import setting
+from oio.bench.output_folder import claim_folder, names, write
+from oio.bench.trial import composed_trial
 from oio.cli.help import choices
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
@@ -42,8 +42,8 @@ def run(arguments: list[str]) -> None:
     if dof not in ("3", "5"):
         raise BadInput(f"dof={dof} was given, but the course of the filters takes three or five joints. Type e.g. dof=5.")
     estimators = {name: _estimator(words, name) for name in chosen}
-    out = claimed(words.own["out"], "filters", (TABLE,))
-    found = timed(estimators, workload(setting(_words(words, chosen[0]))[1], steps), repeats)
+    out = claim_folder(words.own["out"], "filters", (TABLE,))
+    found = timed(estimators, workload(composed_trial(_words(words, chosen[0]))[1], steps), repeats)
     write(out / TABLE, names(Row), map(asdict, found))
     show(found, str(out))
 
@@ -87,7 +87,7 @@ def _words(words: Arguments, ekf: str) -> tuple[str, ...]:
 
 
 def _estimator(words: Arguments, name: str) -> Estimator:
-    found = getattr(setting(_words(words, name))[1].stages.get("navigate"), "ekf", None)
+    found = getattr(composed_trial(_words(words, name))[1].stages.get("navigate"), "ekf", None)
     if not isinstance(found, Estimator):
         raise BadInput("stage= was given without 'navigate', whose filter is measured. Leave stage= out.")
     return found

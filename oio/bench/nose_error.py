@@ -24,7 +24,7 @@ class NoseLog(MemoryLog):
 
 
 @dataclass(frozen=True)
-class Off:
+class NoseErrorSample:
     """Nose errors in a window before `after_s`: RMS errors and RMS claimed standard deviation in mm, share inside the 95 % region."""
 
     after_s: float
@@ -50,11 +50,11 @@ def errors(log: NoseLog, arm: Arm, began_ns: int) -> Array:
     return np.array(rows, dtype=np.float64).reshape(-1, 5)
 
 
-def off(found: Array, after_s: float, window_s: float) -> Off | None:
+def nose_error_at(found: Array, after_s: float, window_s: float) -> NoseErrorSample | None:
     """Return the nose errors at one time; None if there is no believed nose in the window."""
     rows = found[(found[:, 0] > after_s - window_s) & (found[:, 0] <= after_s)]
     if not len(rows):
         return None
     nose, dead = 1e3 * np.sqrt(np.mean(np.square(rows[:, 1:3]), axis=0))
     inside = float(np.mean(rows[:, 4] <= chdtri(3, 1.0 - COVERAGE)))
-    return Off(after_s, float(nose), float(dead), 1e3 * float(np.sqrt(np.mean(rows[:, 3]))), inside)
+    return NoseErrorSample(after_s, float(nose), float(dead), 1e3 * float(np.sqrt(np.mean(rows[:, 3]))), inside)

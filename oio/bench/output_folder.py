@@ -12,7 +12,7 @@ from oio.core.errors import BadInput
 Record = Mapping[str, Any]
 
 
-def claimed(out: str, command: str, files: tuple[str, ...]) -> Path:
+def claim_folder(out: str, command: str, files: tuple[str, ...]) -> Path:
     """Return the folder `out`, or a new one below outputs/ if it is `null`; raises BadInput if it already holds results."""
     now = datetime.datetime.now().astimezone()  # folder name, as Hydra makes them; no result depends on it
     folder = Path(out) if out != "null" else Path("outputs") / f"{now:%Y-%m-%d}" / f"{now:%H-%M-%S-%f}_{command}"
@@ -27,7 +27,7 @@ def claimed(out: str, command: str, files: tuple[str, ...]) -> Path:
     return folder
 
 
-class Sheet:
+class CsvFile:
     """CSV file written line by line, so that a killed benchmark keeps its finished trials."""
 
     def __init__(self, path: Path, fields: Iterable[str]) -> None:
@@ -47,7 +47,7 @@ class Sheet:
 
 def write(path: Path, fields: Iterable[str], records: Iterable[Record]) -> None:
     """Write a whole CSV file."""
-    sheet = Sheet(path, fields)
+    sheet = CsvFile(path, fields)
     for record in records:
         sheet.add(record)
     sheet.close()

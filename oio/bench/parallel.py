@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 
-def as_they_come(
+def run_parallel(
     work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], jobs: int, what: str, at_a_time: int = 1
 ) -> Iterator[tuple[int, Any]]:
     """Yield (task number, work(*task)) in any order; `at_a_time` tasks per batch, one linear-algebra thread per worker."""

@@ -22,7 +22,7 @@ from oio.runtime.runner import run_stages
 
 
 @functools.lru_cache(maxsize=4)
-def setting(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
+def composed_trial(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
     """Return the configuration with these overrides as plain data, and the experiment built from it; raises Hydra's or a check's error."""
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
         composed = hydra.compose("config", [*words, *plugins()], return_hydra_config=True)
@@ -35,7 +35,7 @@ def setting(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
 
 def experiment(words: tuple[str, ...], seed: int) -> Experiment:
     """Return the experiment for one seed. Seeds reach the backend and the stages' random streams, so only the backend is rebuilt."""
-    cfg, any_seed = setting(words)
+    cfg, any_seed = composed_trial(words)
     reseeded = OmegaConf.create({**cfg, "seed": seed})  # Hydra has resolved the first configuration for good, its seed included
     return replace(any_seed, backend=instantiate(reseeded.backend), identity={**any_seed.identity, "seed": seed})
 
@@ -57,7 +57,7 @@ def run_trial(words: tuple[str, ...], seed: int) -> dict[str, Any]:
     return summary(built.identity, calibration, found, 0.0)
 
 
-def attempt(words: tuple[str, ...], seed: int) -> tuple[dict[str, Any] | None, str]:
+def try_trial(words: tuple[str, ...], seed: int) -> tuple[dict[str, Any] | None, str]:
     """Return the summary, or None and the reason of the failure: a failed trial does not stop the others."""
     try:
         return run_trial(words, seed), ""

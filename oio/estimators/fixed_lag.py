@@ -13,16 +13,16 @@ class FixedLag:
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
     readings: int  # window length; the oldest reading is absorbed into the anchor belief
     iterations: int  # maximum Gauss-Newton iterations per reading
-    settled_sigmas: float  # convergence: the largest change of a window state, in standard deviations, is below this
+    convergence_sigmas: float  # convergence: the largest change of a window state, in standard deviations, is below this
     steps: int  # maximum arm steps in one window; a full window is restarted
 
     def check(self) -> None:
         """Raise BadInput for a gate, a window or an iteration limit out of range."""
-        in_range(self, gate_nis=(1.0, 1e9), readings=(1, 10_000), iterations=(1, 100), settled_sigmas=(0.0, 10.0), steps=(1, 100_000))
+        in_range(self, gate_nis=(1.0, 1e9), readings=(1, 10_000), iterations=(1, 100), convergence_sigmas=(0.0, 10.0), steps=(1, 100_000))
 
     @property
     def _window(self) -> Window:
-        return Window(self.readings, self.steps, self.iterations, self.settled_sigmas)
+        return Window(self.readings, self.steps, self.iterations, self.convergence_sigmas)
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Time update: propagate the belief to the time of `joints`."""

@@ -21,15 +21,15 @@ class GaussianMixture(Belief):
 
 @settings
 class GaussianSum:
-    """Gaussian sum filter: every mixture component is run by the filter `each`; components of low weight are pruned."""
+    """Gaussian sum filter: every mixture component is run by the filter `component_filter`; components of low weight are pruned."""
 
-    each: Estimator
+    component_filter: Estimator
     gate_nis: float  # upper limit of a component's NIS in its likelihood: a reading that all but one gate does not decide alone
-    least_weight: float  # components of a smaller weight are pruned
+    min_weight: float  # components of a smaller weight are pruned
 
     def check(self) -> None:
         """Raise BadInput for a gate out of range, or for a pruning threshold that could drop every component."""
-        in_range(self, gate_nis=(1.0, 1e9), least_weight=(0.0, 0.5))
+        in_range(self, gate_nis=(1.0, 1e9), min_weight=(0.0, 0.5))
 
     def begin(self, model: StateSpace, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
         """Return one component per hypothesis; its weight is its evidence, exp(-chi^2 / 2) sqrt(det cov) (Laplace's approximation)."""
@@ -40,12 +40,12 @@ class GaussianSum:
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Time update of every component."""
         bank = as_mixture(belief)
-        return moment_matched(tuple(self.each.predict(model, member, joints) for member in bank.members), bank.ln_weights)
+        return moment_matched(tuple(self.component_filter.predict(model, member, joints) for member in bank.members), bank.ln_weights)
 
     def update(self, model: StateSpace, belief: Belief, reading: GasReading) -> tuple[Belief, Innovation]:
         """Measurement update of every component and of the weights, by the likelihood; a reading that all of them gate changes nothing."""
         bank = as_mixture(belief)
-        updated = [self.each.update(model, member, reading) for member in bank.members]
+        updated = [self.component_filter.update(model, member, reading) for member in bank.members]
         innovations = [innovation for _, innovation in updated]
         innovation = _mixture_innovation(np.exp(bank.ln_weights), innovations)
         if innovation.gated:
@@ -55,7 +55,7 @@ class GaussianSum:
 
     def _pruned(self, members: tuple[Belief, ...], ln_weights: Array) -> GaussianMixture:
         """Mixture with normalised weights, without the components below the least weight."""
-        kept = np.flatnonzero(ln_weights - np.logaddexp.reduce(ln_weights) >= np.log(max(self.least_weight, 1e-300)))
+        kept = np.flatnonzero(ln_weights - np.logaddexp.reduce(ln_weights) >= np.log(max(self.min_weight, 1e-300)))
         ln_kept = ln_weights[kept]
         return moment_matched(tuple(members[i] for i in kept), ln_kept - np.logaddexp.reduce(ln_kept))
 

@@ -12,16 +12,16 @@ class Iterated:
 
     gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
     iterations: int  # maximum Gauss-Newton iterations per reading
-    settled_sigmas: float  # convergence: the largest change of a window state, in standard deviations, is below this
+    convergence_sigmas: float  # convergence: the largest change of a window state, in standard deviations, is below this
     steps: int  # maximum arm steps in one window; a full window is restarted
 
     def check(self) -> None:
         """Raise BadInput for a gate or an iteration limit out of range."""
-        in_range(self, gate_nis=(1.0, 1e9), iterations=(1, 100), settled_sigmas=(0.0, 10.0), steps=(1, 100_000))
+        in_range(self, gate_nis=(1.0, 1e9), iterations=(1, 100), convergence_sigmas=(0.0, 10.0), steps=(1, 100_000))
 
     @property
     def _window(self) -> Window:
-        return Window(1, self.steps, self.iterations, self.settled_sigmas)
+        return Window(1, self.steps, self.iterations, self.convergence_sigmas)
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Time update: propagate the belief to the time of `joints`."""

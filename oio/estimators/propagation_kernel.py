@@ -35,7 +35,7 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas:
 @compiled
 def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: GasConstants) -> tuple[Array, Array, Array]:
     """Mean concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the lag and fluctuation terms (k, 6)."""
-    r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, still_rad_s = gas
+    r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, rest_speed_rad_s = gas
     k, n = x.shape[0], len(dq)
     c, grad = np.empty(k), np.empty((k, LAW))
     tau, t, amplitude = np.empty(k), np.empty(k), np.empty(k)
@@ -47,7 +47,7 @@ def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: Ga
         for a in range(3):
             velocity = 0.0
             for j in range(n):
-                velocity += jac[i, a, j] * dq[j] if abs(dq[j]) > still_rad_s else 0.0
+                velocity += jac[i, a, j] * dq[j] if abs(dq[j]) > rest_speed_rad_s else 0.0
             speed2 += velocity * velocity
         by_jitter, by_discrepancy = theta[EXPONENT] * nose_jitter / r, discrepancy * np.log(r / r_ref)
         amplitude[i] = c[i] * np.sqrt(rarity_i[0] + (by_jitter * by_jitter + by_discrepancy * by_discrepancy) / (gamma * gamma))

@@ -14,7 +14,7 @@ from oio.estimators.joseph_update import innovation_of, scalar_measurement, upda
 from oio.estimators.propagation import LinearizedStep, predict
 from oio.inference.state_space import StateSpace
 
-Sensed = tuple[JointState | GasReading, ...]
+SensorData = tuple[JointState | GasReading, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,7 +23,7 @@ class WindowedBelief(Belief):
     (k, N) about which its k steps are linearised."""
 
     anchor: Belief
-    since: Sensed
+    since: SensorData
     path: Array
 
 
@@ -34,7 +34,7 @@ class Window:
     readings: int
     steps: int
     iterations: int
-    settled_sigmas: float
+    convergence_sigmas: float
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> WindowedBelief:
         """EKF time update; a window with its maximum number of steps is restarted."""
@@ -58,7 +58,7 @@ class Window:
         steps = sum(isinstance(sensed, JointState) for sensed in since[:absorbed])
         return WindowedBelief(last.t_ns, last.mean, last.cov, anchor, since[absorbed:], path[steps:]), innovation
 
-    def _iterated(self, model: StateSpace, anchor: Belief, since: Sensed, path: Array) -> tuple["ForwardPass", Array]:
+    def _iterated(self, model: StateSpace, anchor: Belief, since: SensorData, path: Array) -> tuple["ForwardPass", Array]:
         """Last forward pass and smoothed states (k, N). Gauss-Newton may diverge: a pass with a larger change than the last is undone."""
         accepted, change = None, np.inf
         for _ in range(self.iterations):
@@ -68,12 +68,12 @@ class Window:
             if accepted is not None and change >= previous:
                 break
             accepted, path = trial, smoothed
-            if change < self.settled_sigmas:
+            if change < self.convergence_sigmas:
                 break
         assert accepted is not None
         return accepted, path
 
-    def _absorbed(self, since: Sensed) -> int:
+    def _absorbed(self, since: SensorData) -> int:
         """How many entries of the window the anchor absorbs: those up to the oldest reading, if the window is full."""
         readings = [i for i, sensed in enumerate(since) if isinstance(sensed, GasReading)]
         return readings[0] + 1 if len(readings) >= self.readings else 0
@@ -105,7 +105,7 @@ def as_windowed(belief: Belief) -> WindowedBelief:
     return WindowedBelief(belief.t_ns, belief.mean, belief.cov, belief, (), np.zeros((0, len(belief.mean))))
 
 
-def forward_pass(model: StateSpace, anchor: Belief, since: Sensed, path: Array) -> ForwardPass:
+def forward_pass(model: StateSpace, anchor: Belief, since: SensorData, path: Array) -> ForwardPass:
     """Run the Kalman filter over a window whose steps are linearised about `path` (k, N)."""
     forward, linearised_at = ForwardPass(anchor, [], []), iter(path)
     for i, sensed in enumerate(since):

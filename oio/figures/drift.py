@@ -12,7 +12,7 @@ PANEL_IN = (6.0, 4.2)
 
 
 def draw(found: Mapping[Any, Sequence[Sequence[Any]]], out: Path) -> None:
-    """Draw a panel per case; `found` has, for each case, a series of `oio.bench.nose_error.Off` per seed. Writes the PNG `out`."""
+    """Draw a panel per case; `found` has, for each case, a series of `NoseErrorSample` per seed. Writes the PNG `out`."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from oio.core.records import Array
-from oio.figures.run_history import Story
+from oio.figures.run_history import RunHistory
 from oio.inference.metrics import COVERAGE, bearing
 
 
@@ -17,7 +17,7 @@ def ellipse(mean_m: Array, cov_m2: Array) -> Array:
     return np.asarray(mean_m[:2] + circle * radii @ axes.T)
 
 
-def source_errors(story: Story) -> tuple[Array, Array, str]:
+def source_errors(story: RunHistory) -> tuple[Array, Array, str]:
     """Return error (k,), two standard deviations (k,) and their unit: of position, or of bearing where only that is observable."""
     believed, source = story.source, story.places["source"]
     if story.dof >= 3:

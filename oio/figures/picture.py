@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oio.core.errors import BadInput
-from oio.figures.run_history import read_story
+from oio.figures.run_history import read_run_history
 from oio.figures.search_map import search_map
 from oio.figures.style import RC
 from oio.figures.timelines import gas, nose_error, source_error
@@ -30,7 +30,7 @@ def draw(run: Path, out: Path) -> None:
 
     if out.suffix != ".png":
         raise BadInput(f"--out is {out}, but a picture is a PNG. Type e.g. --out {out.with_suffix('.png')}")
-    story, summary = read_story(_log(run)), read_summary(run / "summary.json")
+    story, summary = read_run_history(_log(run)), read_summary(run / "summary.json")
     with mpl.rc_context(RC):
         figure = Figure(figsize=SIZE_IN, dpi=DPI)
         canvas = FigureCanvasAgg(figure)

@@ -25,7 +25,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class TrackOverTime:
     """Trajectory: t_s (k,) s, p_m (k, 3) m in the base frame, cov_m2 (k, 3, 3) m^2 (zero where nothing is uncertain)."""
 
     t_s: Array
@@ -35,29 +35,29 @@ class Course:
     def __len__(self) -> int:
         return len(self.t_s)
 
-    def during(self, span: Span) -> "Course":
+    def during(self, span: Span) -> "TrackOverTime":
         """Return the part inside a span."""
         inside = (self.t_s >= span.begin_s) & (self.t_s <= span.end_s)
-        return Course(self.t_s[inside], self.p_m[inside], self.cov_m2[inside])
+        return TrackOverTime(self.t_s[inside], self.p_m[inside], self.cov_m2[inside])
 
-    def distances(self, truth: "Course") -> tuple[Array, Array]:
+    def distances(self, truth: "TrackOverTime") -> tuple[Array, Array]:
         """Return t_s (j,) and distance (j,) m at common time stamps only: in 20 ms the nose moves by more than its error."""
         t_s, own, other = np.intersect1d(self.t_s, truth.t_s, return_indices=True)
         return t_s, np.linalg.norm(self.p_m[own] - truth.p_m[other], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Story:
+class RunHistory:
     """History of a run. Trajectories and places may be empty: hardware has no truth, and a search may end before its first map."""
 
     identity: dict[str, str]
     spans: tuple[Span, ...]
     search: Span  # the whole run if it has no search stage
     readings: tuple[GasReading, ...]
-    truth: Course
-    odometry: Course
-    dead: Course  # dead reckoning: forward kinematics of the encoders
-    source: Course  # as believed
+    truth: TrackOverTime
+    odometry: TrackOverTime
+    dead: TrackOverTime  # dead reckoning: forward kinematics of the encoders
+    source: TrackOverTime  # as believed
     shoulder_m: Array  # (3,) origin of bearings
     places: dict[str, Array]  # true positions of the `beacon` and the `source`, (3,) m
 
@@ -67,7 +67,7 @@ class Story:
         return int(self.identity.get("dof", "0"))
 
 
-def read_story(path: Path) -> Story:
+def read_run_history(path: Path) -> RunHistory:
     """Read the run history of a finished log; raises BadInput for anything else."""
     identity = read_metadata(path)
     whole = Span("", 0.0, seconds(read_end(path)))
@@ -75,18 +75,18 @@ def read_story(path: Path) -> Story:
     search = next((span for span in reversed(spans) if span.stage == SEARCH), whole)
     arm, readings = encoders(path, identity), tuple(read_readings(path))
     truth, joints, places = _world(path)
-    dead = course([(t, p, None) for t, p in arm.noses(joints)] if arm else [])
-    odometry, source = course(read_odometry(path)), course(_sources(path, search.begin_s))
+    dead = track_over_time([(t, p, None) for t, p in arm.noses(joints)] if arm else [])
+    odometry, source = track_over_time(read_odometry(path)), track_over_time(_sources(path, search.begin_s))
     truth, odometry, dead, source = (c.during(search) for c in (truth, odometry, dead, source))
-    return Story(identity, spans, search, readings, truth, odometry, dead, source, _shoulder(arm), places)
+    return RunHistory(identity, spans, search, readings, truth, odometry, dead, source, _shoulder(arm), places)
 
 
-def course(rows: Any) -> Course:
+def track_over_time(rows: Any) -> TrackOverTime:
     """Return the trajectory of (t_ns, p (3,) m, covariance (3, 3) m^2 or None); entries that are not finite are left out."""
     complete = ((seconds(t_ns), p, np.zeros((3, 3)) if cov is None else cov) for t_ns, p, cov in rows)
     finite = [row for row in complete if np.all(np.isfinite(row[1])) and np.all(np.isfinite(row[2]))]
     t, p, cov = zip(*finite, strict=True) if finite else ((), (), ())
-    return Course(np.array(t), np.array(p).reshape(-1, 3), np.array(cov).reshape(-1, 3, 3))
+    return TrackOverTime(np.array(t), np.array(p).reshape(-1, 3), np.array(cov).reshape(-1, 3, 3))
 
 
 def _shoulder(arm: Encoders | None) -> Array:
@@ -103,7 +103,7 @@ def _spans(path: Path, end_s: float) -> Iterator[Span]:
     yield from (Span(stage, begin_s, end_s) for stage, begin_s in started_s.items())  # a recovered log may end inside a stage
 
 
-def _world(path: Path) -> tuple[Course, list[JointState], dict[str, Array]]:
+def _world(path: Path) -> tuple[TrackOverTime, list[JointState], dict[str, Array]]:
     """True nose trajectory, joint states, and the true position of each source that was opened."""
     truths, joints, places, opened = [], [], dict[str, Array](), ""
     for sample in read_samples(path):
@@ -116,7 +116,7 @@ def _world(path: Path) -> tuple[Course, list[JointState], dict[str, Array]]:
                 joints.append(sample)
             case Event(kind="present"):
                 opened = sample.text
-    return course(truths), joints, places
+    return track_over_time(truths), joints, places
 
 
 def _sources(path: Path, since_s: float) -> list[tuple[int, Array, Array]]:

@@ -6,14 +6,14 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.figures.geometry import ellipse, limits
-from oio.figures.run_history import Course, Story
+from oio.figures.run_history import RunHistory, TrackOverTime
 from oio.figures.style import BEACON, BELIEVED, CALIBRATED, DEAD, SOURCE, TRUTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def search_map(axes: "Axes", story: Story) -> None:
+def search_map(axes: "Axes", story: RunHistory) -> None:
     """Draw nose tracks, source positions and the final belief; x and y of the base frame in mm, equal scales."""
     low, high = _limits(axes, story)
     axes.set_xlim(low[0], high[0])
@@ -28,8 +28,8 @@ def search_map(axes: "Axes", story: Story) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(-0.06, -0.085), ncol=2, frameon=False, markerscale=0.65)
 
 
-def _tracks(axes: "Axes", story: Story) -> None:
-    lines: tuple[tuple[Course, str, dict[str, Any]], ...] = (
+def _tracks(axes: "Axes", story: RunHistory) -> None:
+    lines: tuple[tuple[TrackOverTime, str, dict[str, Any]], ...] = (
         (story.dead, "nose by dead reckoning (encoders alone)", {"color": DEAD, "lw": 1.0, "alpha": 0.8}),
         (story.truth, "true nose", {"color": TRUTH, "lw": 2.6}),
         (story.odometry, "nose as believed (calibrated)", {"color": CALIBRATED, "lw": 0.9, "marker": ".", "ms": 4}),
@@ -39,7 +39,7 @@ def _tracks(axes: "Axes", story: Story) -> None:
             axes.plot(*_mm(course.p_m).T, label=label, **style)
 
 
-def _places(axes: "Axes", story: Story) -> None:
+def _places(axes: "Axes", story: RunHistory) -> None:
     axes.plot(0, 0, "s", ms=13, color="black", label="arm base", ls="none")
     marks: tuple[tuple[str, str, dict[str, Any]], ...] = (
         ("beacon", "beacon (calibration)", {"marker": "^", "ms": 12, "color": BEACON}),
@@ -50,7 +50,7 @@ def _places(axes: "Axes", story: Story) -> None:
             axes.plot(*_mm(story.places[place]), label=label, ls="none", mec="black", zorder=5, **style)
 
 
-def _belief(axes: "Axes", story: Story, low: Array, high: Array) -> None:
+def _belief(axes: "Axes", story: RunHistory, low: Array, high: Array) -> None:
     """Final believed source with its 95 % ellipse; if outside the panel, its position is in the legend."""
     if not len(story.source):
         return
@@ -62,7 +62,7 @@ def _belief(axes: "Axes", story: Story, low: Array, high: Array) -> None:
     axes.fill(*_mm(ellipse(mean, cov)).T, fc=(*_rgb(BELIEVED), 0.25), ec=BELIEVED, lw=1.6, label="its 95 % region", zorder=4)
 
 
-def _limits(axes: "Axes", story: Story) -> tuple[Array, Array]:
+def _limits(axes: "Axes", story: RunHistory) -> tuple[Array, Array]:
     tracks = [story.truth.p_m, story.odometry.p_m] if len(story.truth) else [story.odometry.p_m, story.dead.p_m]
     core = np.concatenate([np.zeros((1, 3)), *tracks[:1], *(p[None, :] for p in story.places.values())])
     rest = [_mm(p) for p in (*tracks[1:], story.dead.p_m)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from oio.core.records import Array, seconds
 from oio.figures.geometry import rows, source_errors
-from oio.figures.run_history import Story
+from oio.figures.run_history import RunHistory
 from oio.figures.style import CALIBRATED, DEAD, ELEMENTS, SHADES
 from oio.figures.titles import Document, number
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TIME = "time since the run began (s)"
 
 
-def source_error(axes: "Axes", story: Story) -> None:
+def source_error(axes: "Axes", story: RunHistory) -> None:
     """Plot |believed - true| over the search, log scale, with two standard deviations of the belief."""
     axes.set_title("Source error" if story.dof >= 3 else "Error of the source's bearing", loc="left")
     if "source" not in story.places or not len(story.source):
@@ -45,7 +45,7 @@ def _ticks(low: float, high: float) -> list[float]:
     return [tick for tick in ticks if low <= tick <= high]
 
 
-def gas(axes: "Axes", story: Story) -> None:
+def gas(axes: "Axes", story: RunHistory) -> None:
     """Plot the readings per element over the whole run, stages shaded."""
     axes.set_title("Gas readings", loc="left")
     if not story.readings:
@@ -64,7 +64,7 @@ def gas(axes: "Axes", story: Story) -> None:
     _legend(axes)
 
 
-def nose_error(axes: "Axes", story: Story, summary: Document) -> None:
+def nose_error(axes: "Axes", story: RunHistory, summary: Document) -> None:
     """Plot the nose position error of the calibrated filter and of dead reckoning."""
     axes.set_title("Nose error", loc="left")
     if not len(story.truth):
@@ -93,7 +93,7 @@ def say(axes: "Axes", text: str) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center")
 
 
-def _search_axis(axes: "Axes", story: Story, more: str = "") -> None:
+def _search_axis(axes: "Axes", story: RunHistory, more: str = "") -> None:
     axes.set_xlim(story.search.begin_s, max(story.search.end_s, story.search.begin_s + 1.0))
     axes.set_xlabel(TIME + ("; the search only" if story.search.stage else "") + more)
     _legend(axes)
@@ -105,14 +105,14 @@ def _legend(axes: "Axes") -> None:
     )
 
 
-def _exploration_label(axes: "Axes", story: Story, until_s: float) -> None:
+def _exploration_label(axes: "Axes", story: RunHistory, until_s: float) -> None:
     begin_s, end_s = story.search.begin_s, story.search.end_s
     if until_s - begin_s > 0.2 * (end_s - begin_s):
         middle = 0.5 * (until_s - begin_s) / (end_s - begin_s)
         axes.text(middle, 0.5, "exploring:\nno belief yet", transform=axes.transAxes, ha="center", va="center", color="#666666")
 
 
-def _stages(axes: "Axes", story: Story, spread: tuple[float, float]) -> None:
+def _stages(axes: "Axes", story: RunHistory, spread: tuple[float, float]) -> None:
     """Shade the stages and label them in rows above the data; a stage without simulated time cannot be seen."""
     low, high = spread
     visible = [span for span in story.spans if span.end_s > span.begin_s]

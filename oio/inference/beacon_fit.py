@@ -16,8 +16,8 @@ from oio.inference.model_selection import HELD_BY_FORM, hold_parameters, law_for
 from oio.inference.prior import Nominal, nominal_prior
 from oio.kinematics.arm import Arm
 
-GUESS = 0.3  # initial gamma: too large costs a little precision, too small makes the fit follow eddies
-ROUNDS = 4  # maximum number of alternations between fit and noise estimation
+INITIAL_GAMMA = 0.3  # initial gamma: too large costs a little precision, too small makes the fit follow eddies
+MAX_ALTERNATIONS = 4  # maximum number of alternations between fit and noise estimation
 WINDS = 6  # wind directions tried as starts besides still air: the likelihood of the wind is multimodal
 
 
@@ -57,13 +57,13 @@ def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) ->
 
 def _best_start(problem: Problem, noise_scale: float) -> Fit:
     """Fit of highest posterior among starts in still air and in WINDS wind directions."""
-    guess = Fluctuation(noise_scale, GUESS, problem.law.eddy_s)
+    guess = Fluctuation(noise_scale, INITIAL_GAMMA, problem.law.eddy_s)
     return min((solve(problem, start, guess) for start in _wind_starts(problem)), key=lambda f: f.chi2)
 
 
 def _alternate(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
     """Alternate between estimating the noise from the residuals and solving for theta."""
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ALTERNATIONS):
         problem = replace(problem, law=fit.law)
         expected = problem.predict(fit.mean)
         residual = problem.residual(fit.mean, expected.ppm)

@@ -9,7 +9,7 @@ from oio.gas.range_law import LN_STRENGTH, SOURCE, RangeLaw, Rssi
 from oio.gas.trace import Sniffs, Trace
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
-from oio.inference.prior import Prior, forget_source
+from oio.inference.prior import Prior, reset_source
 from oio.inference.sampling import halton
 from oio.inference.trilateration import linear_source
 from oio.kinematics.arm import Arm
@@ -116,7 +116,7 @@ def search_problem(sniffs: Sniffs, known: Prior) -> Problem:
     model, lay = known.model, known.layout
     signal = (sniffs.ppm - known.mean[lay.baseline][sniffs.element]) / np.exp(known.mean[lay.gain])[sniffs.element]
     ln_strength = model.law.strength(max(float(np.max(signal)), model.sigma_ppm))
-    mean, cov = forget_source(known.mean, known.cov, model.arm, model.law, ln_strength)
+    mean, cov = reset_source(known.mean, known.cov, model.arm, model.law, ln_strength)
     factor = float(np.exp(known.mean[lay.tau]))
     return Problem(sniffs, model.arm, model.law, model.elements, model.rise_s / factor, model.fall_s / factor, mean, cov)
 

@@ -16,7 +16,7 @@ from oio.inference.belief_map import fit_strength, readings_without_source, sear
 from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.prior import Prior
 
-NOTHING = 1e-12  # less information, relative to the prior's or the best direction's, is rounding: the direction is unobservable
+MIN_INFORMATION = 1e-12  # less information, relative to the prior's or the best direction's, is rounding: the direction is unobservable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +57,7 @@ def posterior_cramer_rao(sniffs: Sniffs, known: Prior, rng: np.random.Generator,
     return _bound(problem, np.linalg.inv(problem.cov) + mean)
 
 
-def of_source(information: Array) -> Array:
+def marginal_information(information: Array) -> Array:
     """Marginal information of the source, the Schur complement F_s = F_ss - F_sn F_nn^-1 F_ns (3, 3) of F (P, P)."""
     s, n = ParameterLayout.source, slice(ParameterLayout.source.stop, len(information))
     return np.asarray(information[s, s] - information[s, n] @ np.linalg.solve(information[n, n], information[n, s]))
@@ -72,9 +72,9 @@ def _information(problem: Problem, known: Prior, theta: Array) -> Array:
 
 def _bound(problem: Problem, information: Array) -> Bound:
     scale = np.sqrt(np.diag(problem.cov))  # metres, ppm and rad/s^2 in one matrix are ill conditioned
-    marginal = of_source(scale[:, None] * information * scale)
+    marginal = marginal_information(scale[:, None] * information * scale)
     values = np.linalg.eigvalsh(marginal)
-    if values[0] <= NOTHING * max(1.0, float(values[-1])):
+    if values[0] <= MIN_INFORMATION * max(1.0, float(values[-1])):
         return Bound(np.diag(np.full(3, np.inf)))
     return Bound(scale[SOURCE, None] * np.linalg.inv(marginal) * scale[SOURCE])
 

@@ -17,9 +17,9 @@ from oio.inference.prior import Prior
 from oio.kinematics.arm import Arm
 
 AXES = ("bearing", "distance", "height", "strength")
-NAMED = 0.3  # smaller components of an unobservable unit direction are not named
-MOVES_WITH = 0.25  # share of the strength's variance along a direction, above which the strength is named too
-THIN_M = 0.005  # a thinner path lies in a plane (or on a sphere): backlash and drift account for this thickness
+MIN_COMPONENT = 0.3  # smaller components of an unobservable unit direction are not named
+STRENGTH_SHARE = 0.25  # share of the strength's variance along a direction, above which the strength is named too
+FLATNESS_M = 0.005  # a thinner path lies in a plane (or on a sphere): backlash and drift account for this thickness
 
 Ambiguity = tuple[str, Array]
 
@@ -36,13 +36,13 @@ def unobservable(sniffs: Sniffs, known: Prior, hypotheses: tuple[Fit, ...], narr
     return (*dict.fromkeys(sentences), *_describe_ambiguity(ambiguity, best, arm), *_describe_hypotheses(ambiguity, hypotheses))
 
 
-def narrowing(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
+def posterior_prior_ratio(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
     """Ratios of posterior to prior standard deviation (4,), ascending, and directions (columns of (4, 4)) in AXES from the shoulder."""
     return _ratios(*_prior_and_posterior(sniffs, known, theta))
 
 
 def _joint_ratios(prior: Array, posterior: Array) -> tuple[Array, Array, Array]:
-    """`narrowing`, and the share (4,) of the strength's variance along each direction."""
+    """`posterior_prior_ratio`, and the share (4,) of the strength's variance along each direction."""
     ratios, directions = _ratios(prior, posterior)
     variance = (ratios * directions[3]) ** 2
     return ratios, directions, variance / np.sum(variance)
@@ -82,8 +82,8 @@ def _axes_rotation(d: Array) -> Array:
 
 
 def _describe_direction(direction: Array, strength_share: float, arm: Arm, strength_known: bool) -> str:
-    names = [axis for axis, part in zip(AXES[:3], direction, strict=True) if abs(part) > NAMED]
-    names += ["strength"] if strength_share > MOVES_WITH or not names else []
+    names = [axis for axis, part in zip(AXES[:3], direction, strict=True) if abs(part) > MIN_COMPONENT]
+    names += ["strength"] if strength_share > STRENGTH_SHARE or not names else []
     how = "better (range_law.ln_strength_u)" if strength_known else "(range_law.ln_strength and range_law.ln_strength_u)"
     or_strength = f" or tell the strength {how}" if "strength" in names else ""
     if len(names) == 1:
@@ -102,12 +102,12 @@ def ambiguous_point(noses: Array, source: Array) -> Ambiguity | None:
     """Mirror or inverse point, with equal readings because the nose positions (m, 3) [m] lie in a plane or on a sphere; else None."""
     mean = noses.mean(axis=0)
     _, singular_values, axes = np.linalg.svd(noses - mean, full_matrices=False)
-    if singular_values[2] < THIN_M * np.sqrt(len(noses)):
+    if singular_values[2] < FLATNESS_M * np.sqrt(len(noses)):
         return "mirror", source - 2.0 * float((source - mean) @ axes[2]) * axes[2]
     rows = np.column_stack([2.0 * noses, np.ones(len(noses))])
     centre = np.linalg.lstsq(rows, np.sum(noses**2, axis=1), rcond=None)[0][:3]
     r = np.linalg.norm(noses - centre, axis=1)
-    if float(np.std(r)) > THIN_M:
+    if float(np.std(r)) > FLATNESS_M:
         return None
     d = source - centre
     return "inverse", centre + float(np.mean(r)) ** 2 * d / max(float(d @ d), 1e-12)

@@ -55,7 +55,7 @@ class Nominal:
 
 def nominal_prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:
     """Prior mean and cov of theta before any fit, with the source anywhere in the workspace box and ln strength unknown (see
-    `forget_source`): a configured strength is that of the source to be found, and the first fit is of the beacon."""
+    `reset_source`): a configured strength is that of the source to be found, and the first fit is of the beacon."""
     lay = ParameterLayout(arm.dof, nominal.elements)
     mean, sd = np.zeros(lay.size), np.zeros(lay.size)
     mean[lay.exponent], sd[lay.exponent] = law.exponent, law.exponent_u
@@ -67,10 +67,10 @@ def nominal_prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, off
     sd[lay.gain.start] = FIXED  # the first element is the reference; the strength absorbs its gain
     sd[lay.tau] = nominal.tau_u
     mean[lay.baseline], sd[lay.baseline] = offsets, offsets_u
-    return forget_source(mean, np.diag(sd**2), arm, law.with_unknown_strength())
+    return reset_source(mean, np.diag(sd**2), arm, law.with_unknown_strength())
 
 
-def forget_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:
+def reset_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: float = 0.0) -> tuple[Array, Array]:
     """Return the prior with the source reset: rectangular over the workspace box on each axis, ln strength about `ln_strength`."""
     low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
     mean, cov = np.array(mean), np.array(cov)
@@ -104,7 +104,7 @@ def calibrated_prior(fit: Fit, arm: Arm, process_noise: ProcessNoise, nominal: N
     gas = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=inflation_sd * fit.fluctuation.gamma)
     jitter_m = min(inflation_sd * fit.law.nose_jitter_m, MAX_NOSE_JITTER_M)
     law = replace(fit.law, model_discrepancy=min(inflation_sd * fit.law.model_discrepancy, MAX_DISCREPANCY), nose_jitter_m=jitter_m)
-    mean, cov = forget_source(fit.mean, noise.inflation * fit.cov, arm, fit.law)
+    mean, cov = reset_source(fit.mean, noise.inflation * fit.cov, arm, fit.law)
     lay = fit.layout
     factor = float(np.exp(mean[lay.tau]))
     gain = tuple(float(g) for g in np.exp(mean[lay.gain]))

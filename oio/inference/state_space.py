@@ -32,7 +32,7 @@ class ProcessNoise:
     strength_sqrt_s: float  # of ln strength [1 / sqrt(s)]
     exponent_sqrt_s: float  # of the range exponent
     wind_per_m_sqrt_s: float  # of k [1 / m / sqrt(s)]
-    still_rad_s: float  # a joint slower than this is at rest: velocities are differences of counts
+    rest_speed_rad_s: float  # a joint slower than this is at rest: velocities are differences of counts
     baseline_sigmas_sqrt_s: float  # of the offsets, in standard deviations of one reading
 
 
@@ -142,7 +142,7 @@ class StateSpace:
 
     def _speed(self, jac: Array, joints: JointState) -> Array:
         """Speed of the nose (1,) [m/s]; a joint slower than one count per sample is at rest."""
-        moving = np.abs(joints.dq) > self.process_noise.still_rad_s
+        moving = np.abs(joints.dq) > self.process_noise.rest_speed_rad_s
         return np.array([np.linalg.norm(jac @ (joints.dq * moving))])
 
     def _drift_process_noise(self, dt_s: float) -> Array:
@@ -169,7 +169,7 @@ class StateSpace:
         law, fl, per_step = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
         gas = GasConstants(
             law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_jitter_m, law.model_discrepancy,
-            self.process_noise.still_rad_s,
+            self.process_noise.rest_speed_rad_s,
         )  # fmt: skip
         drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
         return StepConstants(gas, np.array([per_step, self.process_noise_diagonal(1.0) - per_step]), drift)
@@ -194,7 +194,7 @@ class GasConstants(NamedTuple):
     t_s: float  # correlation time at r_ref
     nose_jitter_m: float
     model_discrepancy: float
-    still_rad_s: float
+    rest_speed_rad_s: float
 
 
 class StepConstants(NamedTuple):

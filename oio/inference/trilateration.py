@@ -11,7 +11,7 @@ from oio.inference.forward_model import Problem
 ROUNDING = 1e-9  # relative to the largest length
 MOST_RATIO2 = 1e60  # limit on ratios of squared ranges; weights are their inverse fourth powers of range
 SMOOTHED = 5  # readings averaged before the lag is inverted, which multiplies their noise by tau / dt
-HEARD = 3.0  # detection threshold, in standard deviations above the baseline: below it a reading gives no range
+DETECTION_SIGMAS = 3.0  # detection threshold, in standard deviations above the baseline: below it a reading gives no range
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,7 +23,7 @@ class Circle:
     normal: Array
 
 
-def circle(c1: Array, r1: float, c2: Array, r2: float) -> Circle:
+def sphere_intersection(c1: Array, r1: float, c2: Array, r2: float) -> Circle:
     """Intersection circle of two spheres, of radius 0 if they touch; raises NotObservable with the gap if they do not intersect."""
     separation = c2 - c1
     d = float(np.linalg.norm(separation))
@@ -37,7 +37,7 @@ def circle(c1: Array, r1: float, c2: Array, r2: float) -> Circle:
     return Circle(c1 + along * separation / d, float(np.sqrt(height2)), separation / d)
 
 
-def two_points(ring: Circle, c3: Array, r3: float) -> tuple[Array, Array]:
+def circle_sphere_intersection(ring: Circle, c3: Array, r3: float) -> tuple[Array, Array]:
     """Intersection of a circle with a third sphere: two points, mirror images in the plane of the centres; raises NotObservable if none."""
     offset = c3 - ring.centre
     height = float(offset @ ring.normal)
@@ -112,7 +112,7 @@ def linear_source(problem: Problem, nose_m: Array) -> Array:
     window = np.ones(SMOOTHED) / SMOOTHED
     smooth, slope = (np.convolve(x, window, "same") for x in (c, np.gradient(c, times)))
     c = smooth + problem.rise_s * np.exp(theta[lay.tau]) * slope
-    detected = c > HEARD * sn.sigma_ppm[first]
+    detected = c > DETECTION_SIGMAS * sn.sigma_ppm[first]
     try:
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # non-finite ranges raise NotObservable
             return vertex_unknown_strength(nose_m[sn.at[first]][detected], c[detected] ** (-1.0 / theta[lay.exponent]))[None, :]

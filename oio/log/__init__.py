@@ -3,7 +3,7 @@
 May import: `oio.core`. May not import: anything that interprets what is logged.
 """
 
-from oio.log.damage_survey import Salvage
+from oio.log.damage_survey import RecoveryReport
 from oio.log.memory_log import MemoryLog
 from oio.log.read import (
     read_attachment,
@@ -24,8 +24,8 @@ from oio.log.write import ProgressWatcher, RunLog
 __all__ = [
     "MemoryLog",
     "ProgressWatcher",
+    "RecoveryReport",
     "RunLog",
-    "Salvage",
     "read_attachment",
     "read_beliefs",
     "read_end",

@@ -12,7 +12,7 @@ from oio.log.record_scanner import DAMAGE, records
 
 
 @dataclass(slots=True)
-class Salvage:
+class RecoveryReport:
     """Recovery report: how many messages were found, the time of the last one [ns], and whether nothing is missing."""
 
     messages: int = 0
@@ -25,16 +25,16 @@ class Salvage:
         self.until_ns = max(self.until_ns, message.log_time)
 
 
-def survey(path: Path) -> Salvage:
+def survey(path: Path) -> RecoveryReport:
     """Return what could be recovered of a file, without writing anything."""
-    found = Salvage()
-    for record in sound_records(path, found):
+    found = RecoveryReport()
+    for record in intact_records(path, found):
         if isinstance(record, Message):
             found.count(record)
     return found
 
 
-def sound_records(path: Path, found: Salvage) -> Iterator[McapRecord]:
+def intact_records(path: Path, found: RecoveryReport) -> Iterator[McapRecord]:
     """Yield the intact records, with chunks unpacked; a chunk that fails its checksum is skipped, a corrupted record ends the scan.
 
     At the end `found.complete` is True if that was everything.

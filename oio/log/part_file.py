@@ -30,7 +30,7 @@ def open_writer(file: Any) -> Writer:
     return writer
 
 
-class Part:
+class PartialLogFile:
     """Unfinished log file. Its chunk boundaries depend on the data and never on the wall clock.
 
     Memory grows only by the MCAP index of the file: one entry per chunk.

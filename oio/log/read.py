@@ -11,7 +11,7 @@ from mcap.records import Attachment, Message
 from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
 from oio.log import decode
-from oio.log.record_scanner import DAMAGE, Picker, records, written
+from oio.log.record_scanner import DAMAGE, MessageFilter, messages_so_far, records
 from oio.log.scene import hypotheses
 from oio.log.validation import check, refuse_damaged
 
@@ -24,12 +24,12 @@ def read_samples(path: Path, since_ns: int = -1, until_ns: int | None = None) ->
     Raises BadInput at the call for a file that is no finished OIO log, and during iteration for a damaged one.
     """
     check(path)
-    return _decoded_samples(_selected(path, Picker(decode.SAMPLES, since_ns, until_ns)))
+    return _decoded_samples(_selected(path, MessageFilter(decode.SAMPLES, since_ns, until_ns)))
 
 
 def samples_written(path: Path, size: int, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
     """Return the same from the first `size` bytes of a log still being written; `size` must come from its writer."""
-    return _decoded_samples(written(path, size, Picker(decode.SAMPLES, since_ns, until_ns)))
+    return _decoded_samples(messages_so_far(path, size, MessageFilter(decode.SAMPLES, since_ns, until_ns)))
 
 
 def _decoded_samples(picked: Iterator[tuple[str, Message]]) -> Generator[WorldSample, None, None]:
@@ -76,10 +76,10 @@ def read_hypotheses(path: Path) -> Iterator[tuple[int, list[tuple[Array, Array]]
 
 def _records_of_schema(path: Path, kind: str, record: Callable[[int, bytes], T]) -> Iterator[T]:
     check(path)
-    return (record(message.log_time, message.data) for _, message in _selected(path, Picker((kind,))))
+    return (record(message.log_time, message.data) for _, message in _selected(path, MessageFilter((kind,))))
 
 
-def _selected(path: Path, picker: Picker) -> Iterator[tuple[str, Message]]:
+def _selected(path: Path, picker: MessageFilter) -> Iterator[tuple[str, Message]]:
     last_ns = 0
     with path.open("rb") as file:
         try:

@@ -44,7 +44,7 @@ def records(file: IO[bytes], size: int, ended: bool = True) -> Iterator[McapReco
     raise ValueError("its data has no end")
 
 
-class Picker:
+class MessageFilter:
     """Message filter: selects the messages of certain schemas in a time window from a stream of records."""
 
     def __init__(self, kinds: Collection[str], since_ns: int = -1, until_ns: int | None = None) -> None:
@@ -79,7 +79,7 @@ class Picker:
                     yield kind, record
 
 
-def written(path: Path, size: int, picker: Picker) -> Iterator[tuple[str, Message]]:
+def messages_so_far(path: Path, size: int, picker: MessageFilter) -> Iterator[tuple[str, Message]]:
     """Yield the selected messages of the first `size` bytes of a file that is still being written."""
     with path.open("rb") as file:
         yield from picker.pick(records(file, size, ended=False))

@@ -9,7 +9,7 @@ from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Sch
 from mcap.writer import Writer
 
 from oio.core.errors import BadInput
-from oio.log.damage_survey import Salvage, sound_records, survey
+from oio.log.damage_survey import RecoveryReport, intact_records, survey
 from oio.log.part_file import open_writer
 from oio.log.validation import index_is_sound, metadata, refuse_foreign
 
@@ -22,13 +22,13 @@ def recover(path: Path, out: Path) -> int:
     return salvage(path, out).messages
 
 
-def salvage(path: Path, out: Path) -> Salvage:
+def salvage(path: Path, out: Path) -> RecoveryReport:
     """`recover`, returning the full recovery report; `out` is not created if no message was kept."""
     refuse_foreign(path)
     if out.exists():
         raise BadInput(f"{out} is there already, and a log is never overwritten. Type `python -m oio.recover {path} OUT` with another OUT.")
     if survey(path).messages == 0:
-        return Salvage()
+        return RecoveryReport()
     metadata(path)
     unfinished = out.with_name(out.name + ".unfinished")
     with unfinished.open("wb") as file:
@@ -42,10 +42,10 @@ def salvage(path: Path, out: Path) -> Salvage:
     return found
 
 
-def _copy(path: Path, writer: Writer) -> Salvage:
-    found = Salvage()
+def _copy(path: Path, writer: Writer) -> RecoveryReport:
+    found = RecoveryReport()
     copier = _Copier(writer)
-    for record in chain(_declared(path), sound_records(path, found)):
+    for record in chain(_declared(path), intact_records(path, found)):
         if copier.copied(record) and isinstance(record, Message):
             found.count(record)
     writer.finish()  # type: ignore[no-untyped-call]

@@ -7,7 +7,7 @@ from typing import Any
 
 from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
 from oio.log import encode, schemas
-from oio.log.part_file import Part
+from oio.log.part_file import PartialLogFile
 from oio.log.plain_json import to_json
 from oio.log.read import samples_written
 from oio.log.scene import scene
@@ -21,7 +21,7 @@ class RunLog:
     `watchers` are called with (stage, `begin` | `progress` | `end` | `failed`, t_ns, waits_for, figure).
     """
 
-    def __init__(self, part: Part, sensor: str, joints: tuple[str, ...]) -> None:
+    def __init__(self, part: PartialLogFile, sensor: str, joints: tuple[str, ...]) -> None:
         self._part, self._sensor, self._joints = part, sensor, joints
         self._stage, self._last_progress_ns = "", -SECOND_NS
         self.watchers: list[ProgressWatcher] = []
@@ -36,7 +36,7 @@ class RunLog:
     ) -> Iterator["RunLog"]:
         """Open a log at `path`: `<path>.part` while it is written, and also after a run that fails. Raises BadInput if it exists."""
         log_metadata = {"schema_version": schemas.SCHEMA_VERSION, "sensor": sensor, "dof": str(len(joints)), "joints": " ".join(joints)}
-        part = Part(path, {**metadata, **log_metadata})
+        part = PartialLogFile(path, {**metadata, **log_metadata})
         try:
             log = cls(part, sensor, joints)
             for name, data in attachments.items():

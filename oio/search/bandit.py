@@ -33,16 +33,16 @@ class Bandit:
 
     step_rad: float  # of one joint
     discount: float  # per move; 1: no forgetting
-    curiosity: float  # weight of the exploration bonus
+    exploration_bonus: float  # weight of the exploration bonus
 
     def check(self) -> None:
         """Raise BadInput for a step, discount or bonus out of range."""
-        in_range(self, step_rad=(1e-3, 2.0), discount=(0.1, 1.0), curiosity=(0.0, 100.0))
+        in_range(self, step_rad=(1e-3, 2.0), discount=(0.1, 1.0), exploration_bonus=(0.0, 100.0))
 
     def choose(self, values: Values, allowed: np.ndarray, rng: np.random.Generator) -> int:
         """Return the arm with the greatest upper confidence bound among the allowed ones; untried ones first, ties at random."""
         count = np.maximum(values.count, 1e-9)
-        bonus = self.curiosity * np.sqrt(np.log(max(float(np.sum(values.count)), 1.0)) / count)
+        bonus = self.exploration_bonus * np.sqrt(np.log(max(float(np.sum(values.count)), 1.0)) / count)
         bound = np.where(values.count < 0.05, np.inf, values.reward / count + bonus)
         bound[~allowed] = -np.inf
         return int(rng.choice(np.flatnonzero(bound == np.max(bound))))

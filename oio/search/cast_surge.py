@@ -24,15 +24,17 @@ class CastSurge:
     """Surge-and-cast strategy; lengths are fractions of the diagonal of the nose's workspace box."""
 
     surge: float  # length of one step upwind
-    widen: float  # the n-th cast is n times this wide, to either side
-    widest: float  # beyond this width the plume is lost: poses are random
+    cast_growth: float  # the n-th cast is n times this wide, to either side
+    max_cast: float  # beyond this width the plume is lost: poses are random
     hit: float  # least fraction of a move's readings that are bouts
-    fade: float  # factor on the signal threshold of a hit after every miss
+    threshold_decay: float  # factor on the signal threshold of a hit after every miss
     windy_per_m: float  # |k| below this counts as still air
 
     def check(self) -> None:
         """Raise BadInput for a step or fraction out of range."""
-        in_range(self, surge=(1e-3, 1.0), widen=(1e-3, 1.0), widest=(self.widen, 10.0), hit=(0.0, 1.0), fade=(0.0, 1.0))
+        in_range(
+            self, surge=(1e-3, 1.0), cast_growth=(1e-3, 1.0), max_cast=(self.cast_growth, 10.0), hit=(0.0, 1.0), threshold_decay=(0.0, 1.0)
+        )
         in_range(self, windy_per_m=(0.0, 1e3))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
@@ -40,20 +42,22 @@ class CastSurge:
         hits = self.hits(view.moves)
         last = hits[-1] + 1 if hits else 0  # the first goal is home
         casts = len(view.moves) - last + (0 if hits else 1)  # no hit yet: begin with a cast
-        if casts * self.widen > self.widest:
+        if casts * self.cast_growth > self.max_cast:
             return random_step(view, rng)
         q, diag_m = goals(view), box_diagonal_m(view)
         origin_m, direction = view.arm.nose(q[last] - joint_offsets(view)), self.upwind(view, hits)
         if casts == 0:
             return step_toward(view, origin_m + self.surge * diag_m * direction, rng)
-        return step_toward(view, origin_m + casts * self.widen * diag_m * across(direction, tangent_directions(view, q[last]), casts), rng)
+        return step_toward(
+            view, origin_m + casts * self.cast_growth * diag_m * cast_direction(direction, tangent_directions(view, q[last]), casts), rng
+        )
 
     def hits(self, moves: tuple[Move, ...]) -> list[int]:
         """Return the indices of the moves that were hits."""
         found, threshold_ppm = list[int](), 0.0
         for i, move in enumerate(moves):
             hit = move.bouts > 0.0 and move.bouts >= self.hit and move.ppm >= threshold_ppm
-            threshold_ppm = move.ppm if hit else threshold_ppm * self.fade
+            threshold_ppm = move.ppm if hit else threshold_ppm * self.threshold_decay
             found += [i] if hit else []
         return found
 
@@ -67,7 +71,7 @@ class CastSurge:
         return np.asarray(direction / np.linalg.norm(direction))
 
 
-def across(direction: Array, can: Array, n: int) -> Array:
+def cast_direction(direction: Array, can: Array, n: int) -> Array:
     """Return the crosswind unit vector (3,) of the n-th cast, among the directions (3, r) that the nose can move in.
 
     The casts rotate where two directions are left, alternate left and right where one is, and back and forth where none is.

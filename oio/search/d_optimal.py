@@ -20,15 +20,15 @@ from oio.search.view import View
 class DOptimal:
     """D-optimal strategy: explore until there is a belief, then maximise expected information per second."""
 
-    around: int  # candidates about each hypothesis
-    anywhere: int  # random candidates,
-    far_sd_m: float  # while the root of the trace of the source's covariance is above this: far from it no plume model is so accurate
+    local_candidates: int  # candidates about each hypothesis
+    random_candidates: int  # random candidates,
+    random_above_sd_m: float  # while the source's sd (root of the trace) is above this: far off no plume model is as accurate
     distances_m: tuple[float, ...]  # from a hypothesis
-    fold_rad: float  # spread of the start joints of the inverse kinematics: one position is reached by many poses
+    ik_start_spread_rad: float  # spread of the start joints of the inverse kinematics: one position is reached by many poses
 
     def check(self) -> None:
         """Raise BadInput for a number of candidates or a length out of range."""
-        in_range(self, around=(0, 10_000), anywhere=(1, 10_000), far_sd_m=(0, 100), fold_rad=(0, 3))
+        in_range(self, local_candidates=(0, 10_000), random_candidates=(1, 10_000), random_above_sd_m=(0, 100), ik_start_spread_rad=(0, 3))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad."""
@@ -37,30 +37,32 @@ class DOptimal:
         candidates = self._candidates(view, rng)
         q_now = view.moves[-1].q if view.moves else view.arm.home
         cost_s = view.arm.duration_s(q_now, candidates) + view.dwell_s
-        return np.asarray(candidates[int(np.argmax(information(view, candidates) / cost_s))])
+        return np.asarray(candidates[int(np.argmax(expected_information(view, candidates) / cost_s))])
 
     def _candidates(self, view: View, rng: np.random.Generator) -> Array:
-        near = [self._about(view, place, rng) for place in believed_places(view)] if view.arm.dof >= 3 and self.around else []
+        near = [self._about(view, place, rng) for place in source_hypotheses(view)] if view.arm.dof >= 3 and self.local_candidates else []
         poses = np.concatenate([np.empty((0, view.arm.dof)), *near])
-        clear = poses[keeps_off(view, poses)]
-        if len(clear) and sd_m(view) <= self.far_sd_m:
+        clear = poses[path_is_clear(view, poses)]
+        if len(clear) and sd_m(view) <= self.random_above_sd_m:
             return clear
-        far = view.arm.random_poses(rng, self.anywhere)
-        clear = np.concatenate([clear, far[keeps_off(view, far)]])
+        far = view.arm.random_poses(rng, self.random_candidates)
+        clear = np.concatenate([clear, far[path_is_clear(view, far)]])
         return clear if len(clear) else far[:1]
 
     def _about(self, view: View, place: Array, rng: np.random.Generator) -> Array:
         """Poses (k, n) with the nose at one of the distances from place (3,) m, each solved from another start pose."""
-        direction = rng.standard_normal((self.around, 3))
-        distance = rng.choice(self.distances_m, (self.around, 1))
+        direction = rng.standard_normal((self.local_candidates, 3))
+        distance = rng.choice(self.distances_m, (self.local_candidates, 1))
         goals = place + distance * direction / np.linalg.norm(direction, axis=1, keepdims=True)
         q_now = view.moves[-1].q if view.moves else view.arm.home
-        starts = np.clip(q_now + self.fold_rad * rng.standard_normal((self.around, len(q_now))), view.arm.low_rad, view.arm.high_rad)
+        starts = np.clip(
+            q_now + self.ik_start_spread_rad * rng.standard_normal((self.local_candidates, len(q_now))), view.arm.low_rad, view.arm.high_rad
+        )
         poses, reached = view.arm.reach_all(goals, starts)
         return np.asarray(poses[reached])
 
 
-def believed_places(view: View) -> list[Array]:
+def source_hypotheses(view: View) -> list[Array]:
     """Return the source positions (3,) m of all hypotheses, the filter's estimate first."""
     assert view.belief is not None
     return [view.belief.mean[view.model.at["s"]], *(fit.source for fit in view.hypotheses[1:])]
@@ -73,14 +75,14 @@ def sd_m(view: View) -> float:
     return float(np.sqrt(np.trace(view.belief.cov[s, s])))
 
 
-def keeps_off(view: View, q: Array) -> NDArray[np.bool_]:
+def path_is_clear(view: View, q: Array) -> NDArray[np.bool_]:
     """Return whether the path to q (k, n) keeps the nose in its workspace box and the stand-off distance from the believed source: (k,)."""
     q_now = view.moves[-1].q if view.moves else view.arm.home
-    off = view.arm.clearance_m(q_now, q, believed_places(view)[0]) >= view.standoff_m
+    off = view.arm.clearance_m(q_now, q, source_hypotheses(view)[0]) >= view.standoff_m
     return np.asarray(off & view.arm.free(q_now, q))
 
 
-def information(view: View, candidates: Array) -> Array:
+def expected_information(view: View, candidates: Array) -> Array:
     """Return the expected gain (k,) of ln det of the source's precision from a sniff at candidates (k, n), plus that about hypotheses."""
     assert view.belief is not None
     model, x, cov = view.model, view.belief.mean, view.belief.cov

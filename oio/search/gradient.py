@@ -18,25 +18,25 @@ from oio.search.view import View
 class Gradient:
     """Gradient ascent strategy; lengths are fractions of the diagonal of the nose's workspace box."""
 
-    latest: int  # number of latest sniffs in the fit; the best one of them is the base point
+    fit_sniffs: int  # number of latest sniffs in the fit; the best one of them is the base point
     step: float  # largest step
-    least: float  # smallest step
-    shrink: float  # factor on the step after a move without gain; a gain divides by it
+    min_step: float  # smallest step
+    step_factor: float  # factor on the step after a move without gain; a gain divides by it
     spread: float  # in steps: a direction in which the sniffs spread less (RMS) is probed
 
     def check(self) -> None:
         """Raise BadInput for a step or a number of sniffs out of range; a plane in space takes four sniffs."""
-        in_range(self, latest=(4, 1000), least=(1e-4, 1.0), step=(self.least, 1.0), shrink=(0.1, 1.0), spread=(0.0, 1.0))
+        in_range(self, fit_sniffs=(4, 1000), min_step=(1e-4, 1.0), step=(self.min_step, 1.0), step_factor=(0.1, 1.0), spread=(0.0, 1.0))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad."""
         history = sniff_history(view)
         if len(history.ppm) == 0:
             return self._probe(view, rng)
-        y = np.log(np.maximum(history.ppm, view.model.sigma_ppm))[-self.latest :]
+        y = np.log(np.maximum(history.ppm, view.model.sigma_ppm))[-self.fit_sniffs :]
         best, step = self.climbed(y)
-        p, step_m = history.p_m[-self.latest :], step * box_diagonal_m(view)
-        tangents = tangent_directions(view, history.q[-self.latest :][best])
+        p, step_m = history.p_m[-self.fit_sniffs :], step * box_diagonal_m(view)
+        tangents = tangent_directions(view, history.q[-self.fit_sniffs :][best])
         direction = self.direction((p - p[best]) @ tangents / step_m, y, rng)
         return step_toward(view, p[best] + step_m * (tangents @ direction), rng)
 
@@ -45,8 +45,8 @@ class Gradient:
         best, step = 0, self.step
         for i in range(1, len(y)):
             gain = y[i] > y[best]
-            best, step = (i, step / self.shrink) if gain else (best, step * self.shrink)
-            step = min(max(step, self.least), self.step)
+            best, step = (i, step / self.step_factor) if gain else (best, step * self.step_factor)
+            step = min(max(step, self.min_step), self.step)
         return best, step
 
     def direction(self, x: Array, y: Array, rng: np.random.Generator) -> Array:

@@ -17,7 +17,7 @@ from scipy.special import ndtr, ndtri, xlogy
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.search.sniff_history import joint_offsets, last_goal, sniff_history
-from oio.search.source_posterior import Cloud, Likelihood, posterior
+from oio.search.source_posterior import Likelihood, SourceParticles, posterior
 from oio.search.step_planning import is_allowed, nearest_poses, random_step
 from oio.search.view import View
 
@@ -30,18 +30,18 @@ class Infotaxis:
     """Infotaxis strategy: resolution of the posterior and number of candidates."""
 
     places: int  # source positions in the cloud
-    zooms: int  # refinements of the cloud, each to where the last one has its mass
+    refinements: int  # refinements of the cloud, each to where the last one has its mass
     strengths: int  # emission strengths about the best one of every position
     model_discrepancy: float  # of a real plume from the range law (ln C)
     levels: int  # of the quantised signal
-    anywhere: int  # random candidates
-    around: int  # candidates about likely source positions
+    random_candidates: int  # random candidates
+    local_candidates: int  # candidates about likely source positions
     distances_m: tuple[float, ...]  # of the latter from these
 
     def check(self) -> None:
         """Raise BadInput for a number of positions, levels or candidates out of range."""
-        in_range(self, places=(8, 100_000), zooms=(0, 20), strengths=(1, 100), model_discrepancy=(0.0, 10.0), levels=(2, 100))
-        in_range(self, anywhere=(1, 10_000), around=(0, 10_000))
+        in_range(self, places=(8, 100_000), refinements=(0, 20), strengths=(1, 100), model_discrepancy=(0.0, 10.0), levels=(2, 100))
+        in_range(self, random_candidates=(1, 10_000), local_candidates=(0, 10_000))
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad."""
@@ -49,24 +49,24 @@ class Infotaxis:
         if len(history.ppm) == 0:
             return random_step(view, rng)
         likelihood = Likelihood(view, history, self.model_discrepancy, self.strengths)
-        cloud = posterior(likelihood, self.places, self.zooms)
+        cloud = posterior(likelihood, self.places, self.refinements)
         q = self._candidates(view, cloud, rng)
         cost_s = np.array([view.arm.duration_s(last_goal(view), pose) + view.dwell_s for pose in q])
-        gain = information(likelihood, cloud, view.arm.nose(q - joint_offsets(view)), self.levels)
+        gain = expected_information(likelihood, cloud, view.arm.nose(q - joint_offsets(view)), self.levels)
         return np.asarray(q[int(np.argmax(gain / cost_s))])
 
-    def _candidates(self, view: View, cloud: Cloud, rng: np.random.Generator) -> Array:
+    def _candidates(self, view: View, cloud: SourceParticles, rng: np.random.Generator) -> Array:
         """Allowed poses (k, n), at least one."""
-        places = cloud.places_m[rng.choice(len(cloud.places_m), self.around, p=np.sum(cloud.weight, axis=1))]
-        offset = rng.standard_normal((self.around, 3))
-        offset *= rng.choice(self.distances_m, (self.around, 1)) / np.linalg.norm(offset, axis=1)[:, None]
-        drawn = rng.uniform(view.arm.low_rad, view.arm.high_rad, (DRAWN * self.anywhere, view.arm.dof))
+        places = cloud.places_m[rng.choice(len(cloud.places_m), self.local_candidates, p=np.sum(cloud.weight, axis=1))]
+        offset = rng.standard_normal((self.local_candidates, 3))
+        offset *= rng.choice(self.distances_m, (self.local_candidates, 1)) / np.linalg.norm(offset, axis=1)[:, None]
+        drawn = rng.uniform(view.arm.low_rad, view.arm.high_rad, (DRAWN * self.random_candidates, view.arm.dof))
         inside = np.all((view.arm.nose(drawn) >= view.arm.box_low_m) & (view.arm.nose(drawn) <= view.arm.box_high_m), axis=1)
-        poses = [*nearest_poses(view, places + offset), *drawn[inside][: self.anywhere]]
+        poses = [*nearest_poses(view, places + offset), *drawn[inside][: self.random_candidates]]
         return np.array([q for q in poses if is_allowed(view, q)] or [random_step(view, rng)])
 
 
-def information(likelihood: Likelihood, cloud: Cloud, noses_m: Array, levels: int) -> Array:
+def expected_information(likelihood: Likelihood, cloud: SourceParticles, noses_m: Array, levels: int) -> Array:
     """Return the expected entropy reduction (k,) nat of the source position by sniffs at noses (k, 3) m (mutual information)."""
     likely = cloud.likeliest(MASS)
     mean, sd = likelihood.expected(likely, noses_m)  # (k, j, a) ppm

@@ -24,7 +24,7 @@ MARGIN = 3.0  # a zoom keeps so many standard deviations about the mean, and one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cloud:
+class SourceParticles:
     """Weighted source positions (j, 3) m that represent cells of size cell_m (3,), ln strengths (j, a), and weights (j, a) of sum one."""
 
     places_m: Array
@@ -32,12 +32,12 @@ class Cloud:
     ln_strength: Array
     weight: Array
 
-    def likeliest(self, mass: float) -> "Cloud":
+    def likeliest(self, mass: float) -> "SourceParticles":
         """Return the highest posterior density set: the fewest positions that hold `mass` of the weight."""
         w = np.sum(self.weight, axis=1)
         order = np.argsort(-w, kind="stable")
         kept = order[: int(np.searchsorted(np.cumsum(w[order]), mass)) + 1]
-        return Cloud(self.places_m[kept], self.cell_m, self.ln_strength[kept], self.weight[kept] / np.sum(self.weight[kept]))
+        return SourceParticles(self.places_m[kept], self.cell_m, self.ln_strength[kept], self.weight[kept] / np.sum(self.weight[kept]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,14 +80,14 @@ class Likelihood:
         ln_likelihood = -0.5 * np.sum((z[:, :, None] - c) ** 2 / variance + np.log(variance), axis=0)
         return tried, ln_likelihood - 0.5 * ((tried - prior_ln) / prior_u) ** 2 + np.log(spread)[:, None]
 
-    def expected(self, cloud: Cloud, noses_m: Array) -> tuple[Array, Array]:
+    def expected(self, cloud: SourceParticles, noses_m: Array) -> tuple[Array, Array]:
         """Return mean and standard deviation (k, j, a) ppm of a signal at noses (k, 3) m, for every position and strength of the cloud."""
         unit, relative = self.unit(noses_m, cloud.places_m, cloud.cell_m)
         mean = np.exp(cloud.ln_strength) * unit[:, :, None]
         return mean, np.sqrt(self.view.model.sigma_ppm**2 + (relative[:, :, None] * mean) ** 2)
 
 
-def posterior(likelihood: Likelihood, count: int, zooms: int) -> Cloud:
+def posterior(likelihood: Likelihood, count: int, zooms: int) -> SourceParticles:
     """Return a cloud of `count` positions with posterior weights; the prior is uniform in the nose's workspace box."""
     low, high = np.array(likelihood.view.arm.box_low_m), np.array(likelihood.view.arm.box_high_m)
     cloud = _weighted_cloud(likelihood, low, high, count)
@@ -100,12 +100,12 @@ def posterior(likelihood: Likelihood, count: int, zooms: int) -> Cloud:
     return cloud
 
 
-def _weighted_cloud(likelihood: Likelihood, low: Array, high: Array, count: int) -> Cloud:
+def _weighted_cloud(likelihood: Likelihood, low: Array, high: Array, count: int) -> SourceParticles:
     """Cloud of `count` positions in a box, with posterior weights."""
     places, cell = low + _halton_points(count) * (high - low), (high - low) / np.cbrt(count)
     tried, ln = likelihood.ln(places, cell)
     weight = np.exp(ln - np.max(ln))
-    return Cloud(places, cell, tried, weight / np.sum(weight))
+    return SourceParticles(places, cell, tried, weight / np.sum(weight))
 
 
 @cache

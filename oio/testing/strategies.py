@@ -5,15 +5,15 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.search.base import Strategy
 from oio.search.view import View
-from oio.testing.promises import bits, frozen, promise
+from oio.testing.promises import bitwise, require, require_frozen
 
 SEEDS = 5
 
 
 def check_strategy(strategy: Strategy, view: View) -> None:
     """Check a strategy: every goal is allowed for the arm; the same seed gives the same goal; the view is unchanged."""
-    frozen(strategy)
-    before = bits(view.belief) if view.belief is not None else []
+    require_frozen(strategy)
+    before = bitwise(view.belief) if view.belief is not None else []
     for seed in range(SEEDS):
         goal = strategy.propose(view, np.random.default_rng(seed))
         try:
@@ -21,5 +21,5 @@ def check_strategy(strategy: Strategy, view: View) -> None:
         except BadInput as error:
             raise AssertionError(f"a strategy proposes only what the arm may do: {error}") from None
         again = strategy.propose(view, np.random.default_rng(seed))
-        promise(np.asarray(goal).tobytes() == np.asarray(again).tobytes(), "the same view and seed give the same goal, bit for bit.")
-    promise((bits(view.belief) if view.belief is not None else []) == before, "a strategy does not change what it sees.")
+        require(np.asarray(goal).tobytes() == np.asarray(again).tobytes(), "the same view and seed give the same goal, bit for bit.")
+    require((bitwise(view.belief) if view.belief is not None else []) == before, "a strategy does not change what it sees.")

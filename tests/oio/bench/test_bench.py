@@ -15,10 +15,10 @@ from oio.bench import __main__ as command
 from oio.bench import accuracy
 from oio.bench.arguments import defaults, read
 from oio.bench.case_summary import Row, rows
-from oio.bench.parallel import as_they_come
+from oio.bench.parallel import run_parallel
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.statistics import anees_band, rms_ratio, wilson
-from oio.bench.trial import attempt, experiment, run_trial, setting
+from oio.bench.trial import composed_trial, experiment, run_trial, try_trial
 from oio.cli.experiment import execute
 from oio.cli.run import build
 from oio.cli.table_1 import Published
@@ -68,16 +68,16 @@ def test_every_seed_has_a_truth_of_its_own():
 
 
 def test_a_failure_is_a_reason_and_no_exception():
-    document, reason = attempt((*SHORT[:5], "stage.warm_up.max_s=0.2"), 0)
+    document, reason = try_trial((*SHORT[:5], "stage.warm_up.max_s=0.2"), 0)
     assert document is None and "raise stage.warm_up.max_s" in reason
 
 
 def test_stages_without_a_score_are_refused():
-    assert "a benchmark needs 'assemble_qr' and 'evaluate'" in attempt(("stage=[warm_up,baseline]", "sensor=ndir"), 0)[1]
+    assert "a benchmark needs 'assemble_qr' and 'evaluate'" in try_trial(("stage=[warm_up,baseline]", "sensor=ndir"), 0)[1]
 
 
 def test_the_paper_assembly_is_not_scored_and_the_cold_start_makes_one_map():
-    cfg, _ = setting(SHORT)
+    cfg, _ = composed_trial(SHORT)
     assert cfg["stage"]["evaluate"]["paper_assembly"] is False and cfg["stage"]["evaluate"]["cold_maps"] == "last"
 
 
@@ -109,7 +109,7 @@ def slow_first(number):
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_every_task_comes_once_with_its_number(jobs):
-    assert sorted(as_they_come(slow_first, [(i,) for i in range(9)], jobs, "squares")) == [(i, i**2) for i in range(9)]
+    assert sorted(run_parallel(slow_first, [(i,) for i in range(9)], jobs, "squares")) == [(i, i**2) for i in range(9)]
 
 
 @pytest.mark.slow
@@ -136,8 +136,8 @@ def few(tmp_path, monkeypatch, in_memory):
     def made_up(words, seed):
         return (None, "it rained") if seed == 1 else (in_memory, "")
 
-    monkeypatch.setattr(accuracy, "attempt", made_up)
-    monkeypatch.setattr(accuracy, "as_they_come", lambda work, tasks, *_: ((i, work(*t)) for i, t in reversed([*enumerate(tasks)])))
+    monkeypatch.setattr(accuracy, "try_trial", made_up)
+    monkeypatch.setattr(accuracy, "run_parallel", lambda work, tasks, *_: ((i, work(*t)) for i, t in reversed([*enumerate(tasks)])))
     return tmp_path / "out"
 
 
@@ -158,7 +158,7 @@ def test_what_is_done_is_saved_when_it_is_stopped(few, monkeypatch, capsys, in_m
         yield 0, (in_memory, "")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(accuracy, "as_they_come", stopped)
+    monkeypatch.setattr(accuracy, "run_parallel", stopped)
     assert command.main(["accuracy", *_own(few, seeds="0:3"), *EXTRA]) == 130
     assert [t["seed"] for t in sheet(few / "trials.csv")] == ["0", "2"]
     assert (few / "accuracy.csv").is_file()

@@ -11,8 +11,8 @@ from oio.bench.drift_table import rows
 from oio.bench.drift_trial import Case, Times, run_trial
 from oio.bench.filter_workload import Step, first_belief, matrices, workload
 from oio.bench.filters import timed
-from oio.bench.nose_error import NoseLog, Off, errors, off
-from oio.bench.trial import setting
+from oio.bench.nose_error import NoseErrorSample, NoseLog, errors, nose_error_at
+from oio.bench.trial import composed_trial
 from oio.core.records import JointState, Truth
 from oio.estimators.ekf import Ekf
 
@@ -50,14 +50,16 @@ def test_noses_are_compared_at_their_own_instants(built):
     log.odometry(9, arm.nose(q), np.eye(3))  # no truth then
     found = errors(log, arm, -1)
     assert found == pytest.approx(np.array([[2e-9, 0.004, 0.003, 12e-6, 4.0]]))
-    at = off(found, 1.0, 2.0)
+    at = nose_error_at(found, 1.0, 2.0)
     assert (at.nose_mm, at.dead_reckoning_mm, at.claimed_mm) == pytest.approx((4.0, 3.0, math.sqrt(12)))
     assert (at.after_s, at.inside_95) == (1.0, 1.0)
-    assert off(found, 9.0, 1.0) is None
+    assert nose_error_at(found, 9.0, 1.0) is None
 
 
 def test_rows_are_medians_and_count_failures():
-    trials = [(CASE, i, [Off(60.0, nose, 30.0, 4.0, 0.9)], "") for i, nose in enumerate([5.0, 9.0, 6.0])] + [(CASE, 3, [], "rain")]
+    trials = [(CASE, i, [NoseErrorSample(60.0, nose, 30.0, 4.0, 0.9)], "") for i, nose in enumerate([5.0, 9.0, 6.0])] + [
+        (CASE, 3, [], "rain")
+    ]
     (row,) = rows(trials, Times((60.0,), 20.0, 1.0))
     assert (row.trials, row.failed, row.nose_mm, row.worst_mm, row.dead_reckoning_mm, row.gain) == (4, 1, 6.0, 9.0, 30.0, 5.0)
     (nothing,) = rows(trials[3:], Times((60.0,), 20.0, 1.0))
@@ -98,7 +100,7 @@ def test_mistakes_are_refused_in_one_paragraph(words, said, capsys, tmp_path, mo
 
 @pytest.fixture(scope="module")
 def way():
-    return workload(setting(("sensor=ec", "dof=5"))[1], 12)
+    return workload(composed_trial(("sensor=ec", "dof=5"))[1], 12)
 
 
 def test_the_course_surprises_nobody(way):

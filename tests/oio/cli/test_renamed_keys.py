@@ -9,15 +9,18 @@ from oio.cli.renamed_keys import RENAMED, modernised, renamed
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
 
-CHOICES = {"search": ("search=infotaxis",), "backend": ("backend=serial", "backend.nose.driver=scd30", "backend.nose.port=ask")}
+CHOICES = {
+    "search": [(f"search={name}",) for name in ("d_optimal", "infotaxis", "gradient", "cast_surge", "bandit")],
+    "ekf": [(f"ekf={name}",) for name in ("fixed_lag", "gaussian_sum")],
+    "backend": [("backend=serial", "backend.nose.driver=scd30", "backend.nose.port=ask")],
+}
 
 
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
-def test_the_new_key_is_there_and_the_old_one_is_not(composed, old, new):
-    cfg = composed(*CHOICES.get(old.split(".")[0], ()))
-    missing = object()
-    assert OmegaConf.select(cfg, new, default=missing) is not missing
-    assert OmegaConf.select(cfg, old, default=missing) is missing
+def test_the_new_key_is_there_and_the_old_one_is_nowhere(composed, old, new):
+    missing, configurations = object(), [composed(*words) for words in CHOICES.get(old.split(".")[0], [()])]
+    assert any(OmegaConf.select(cfg, new, default=missing) is not missing for cfg in configurations)
+    assert all(OmegaConf.select(cfg, old, default=missing) is missing for cfg in configurations)
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ from oio.testing import check_estimator
 
 CHOICES = sorted(path.stem for path in (Path(__file__).resolve().parents[3] / "conf" / "ekf").glob("*.yaml"))
 EKF = Ekf(gate_nis=25.0)
-ITERATED = Iterated(gate_nis=25.0, iterations=4, settled_sigmas=0.01, steps=1000)
-LAGGED = FixedLag(gate_nis=25.0, readings=5, iterations=4, settled_sigmas=0.01, steps=1000)
+ITERATED = Iterated(gate_nis=25.0, iterations=4, convergence_sigmas=0.01, steps=1000)
+LAGGED = FixedLag(gate_nis=25.0, readings=5, iterations=4, convergence_sigmas=0.01, steps=1000)
 UKF = Ukf(gate_nis=25.0, alpha=0.3, beta=2.0, kappa=0.0)
 
 
@@ -98,7 +98,7 @@ def test_a_window_of_one_reading_is_the_iterated_filter(search):
 
 def test_one_hypothesis_is_its_filter(search):
     model, _, belief, steps = search()
-    summed, told = over(GaussianSum(each=EKF, gate_nis=25.0, least_weight=1e-4), model, belief, steps)
+    summed, told = over(GaussianSum(component_filter=EKF, gate_nis=25.0, min_weight=1e-4), model, belief, steps)
     plain, expected = over(EKF, model, belief, steps)
     same(plain, summed, 1e-12)
     assert [i.nis for i in told] == pytest.approx([i.nis for i in expected])

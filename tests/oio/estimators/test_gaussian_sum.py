@@ -14,7 +14,7 @@ from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 
 EKF = Ekf(gate_nis=25.0)
-SUM = GaussianSum(each=EKF, gate_nis=25.0, least_weight=1e-4)
+SUM = GaussianSum(component_filter=EKF, gate_nis=25.0, min_weight=1e-4)
 
 
 def fits_of(made, chi2, moved_m=0.08):
@@ -82,7 +82,7 @@ def test_a_reading_that_one_refuses_is_used_by_the_other(search):
     far[model.at["f"]] += 1e4
     bank, reading = moment_matched((belief, Belief(0, far, belief.cov)), np.log([0.5, 0.5])), GasReading(0, 0, float(belief.mean[-2]), 0.05)
     after, innovation = SUM.update(model, bank, reading)
-    assert not innovation.gated and len(after.members) == 1 + (np.exp(-12.5) > SUM.least_weight)
+    assert not innovation.gated and len(after.members) == 1 + (np.exp(-12.5) > SUM.min_weight)
     none, innovation = SUM.update(model, bank, replace(reading, ppm=1e9))
     assert innovation.gated and none is bank
 

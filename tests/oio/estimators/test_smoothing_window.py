@@ -7,7 +7,7 @@ from oio.core.records import GasReading, seconds
 from oio.estimators.propagation import LinearizedStep, predict
 from oio.estimators.smoothing_window import Window, WindowedBelief, as_windowed, backward_pass, forward_pass
 
-WINDOW = Window(readings=4, steps=1000, iterations=30, settled_sigmas=1e-6)
+WINDOW = Window(readings=4, steps=1000, iterations=30, convergence_sigmas=1e-6)
 
 
 def sensed_of(steps):
@@ -68,7 +68,7 @@ def test_it_ends_where_it_is_linearised_about_its_own_answer(search):
     """Gauss-Newton has settled: once more through the window changes nothing."""
     model, _, belief, steps = search(3, 2, seed=2)
     since = sensed_of(steps[:6])
-    window = Window(readings=1000, steps=1000, iterations=30, settled_sigmas=1e-6)
+    window = Window(readings=1000, steps=1000, iterations=30, convergence_sigmas=1e-6)
     for sensed in since:
         belief = window.update(model, belief, sensed, 25.0)[0] if isinstance(sensed, GasReading) else window.predict(model, belief, sensed)
     assert isinstance(belief, WindowedBelief) and belief.since == since
@@ -98,7 +98,7 @@ def test_a_window_keeps_so_many_readings_and_so_many_steps(search):
         assert readings <= 3 and len(belief.path) == len(belief.since) - readings
         assert not belief.path.flags.writeable
     assert readings == 3 and belief.anchor.t_ns == belief.since[0].t_ns - 50_000_000
-    short = Window(readings=4, steps=5, iterations=2, settled_sigmas=0.01)
+    short = Window(readings=4, steps=5, iterations=2, convergence_sigmas=0.01)
     for joints, _ in steps[40:]:
         belief = short.predict(model, belief, joints)
         assert len(belief.path) <= 30 and type(belief.anchor) is not WindowedBelief

@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, JointState, Truth
 from oio.figures.__main__ import main
 from oio.figures.geometry import ellipse, limits, rows, source_errors
-from oio.figures.run_history import Course, Story, read_story
+from oio.figures.run_history import RunHistory, TrackOverTime, read_run_history
 from oio.figures.titles import ending, headline
 from oio.log import RunLog, read_hypotheses, read_odometry, read_readings, read_stages, read_states
 
@@ -96,7 +96,7 @@ def test_an_empty_log_gives_a_picture(tmp_path: Path) -> None:
 
 
 def test_the_story_is_what_was_logged(tmp_path: Path) -> None:
-    story = read_story(write(tmp_path / "run") / "run.mcap")
+    story = read_run_history(write(tmp_path / "run") / "run.mcap")
     assert [(s.stage, s.begin_s, s.end_s) for s in story.spans] == [("map_beliefs", 0.0, 5.0), ("navigate", 5.0, 10.0)]
     assert story.search == story.spans[1]
     assert {name: place.tolist() for name, place in story.places.items()} == {"beacon": BEACON.tolist(), "source": SOURCE.tolist()}
@@ -111,7 +111,7 @@ def test_the_story_is_what_was_logged(tmp_path: Path) -> None:
 
 
 def test_locked_joints_rest_at_home(tmp_path: Path) -> None:
-    story = read_story(write(tmp_path / "run", dof=1) / "run.mcap")
+    story = read_run_history(write(tmp_path / "run", dof=1) / "run.mcap")
     np.testing.assert_allclose(story.dead.p_m[-1, 2], -0.1 * np.sin(0.5))
 
 
@@ -124,7 +124,7 @@ def test_the_source_is_also_believed_at_the_end_of_a_move(tmp_path: Path) -> Non
         log.spheres(3, np.zeros((0, 3)), np.zeros(0), [], "none")
     (_, first), (t_ns, nothing) = read_hypotheses(path)
     assert (len(first), t_ns, nothing) == (2, 3, [])
-    story = read_story(path)
+    story = read_run_history(path)
     np.testing.assert_allclose(story.source.p_m, [SOURCE, BEACON])
     np.testing.assert_allclose(story.source.cov_m2[-1], turned, atol=1e-15)
 
@@ -136,7 +136,7 @@ def test_what_is_not_finite_is_left_out(tmp_path: Path) -> None:
         log.estimate(Belief(2, np.zeros(4), COV), ("a", "b", "c", "d"), UNITS)
         log.odometry(3, np.zeros(3), np.full((3, 3), np.inf))
         log.write(Truth(4, [0.0], [0.0, 0.0, np.nan], np.full(3, np.nan), 1.0))
-    story = read_story(path)
+    story = read_run_history(path)
     assert [len(c) for c in (story.truth, story.odometry, story.source)] == [0, 0, 0]
     assert story.places == {}
 
@@ -146,7 +146,7 @@ def test_a_stage_without_its_end_lasts_until_the_log_ends(tmp_path: Path) -> Non
     with RunLog.create(path, sensor="ec", joints=("a",), metadata={}, attachments={}) as log:
         log._mark("navigate", "begin", SECOND_NS, None)
         log.reading(GasReading(3 * SECOND_NS, 0, 1.0, 0.1))
-    assert read_story(path).search.end_s == 3.0
+    assert read_run_history(path).search.end_s == 3.0
 
 
 def test_readers_give_what_was_written(tmp_path: Path) -> None:
@@ -169,10 +169,10 @@ def test_a_failed_stage_is_read(tmp_path: Path) -> None:
     assert list(read_stages(path)) == [(7, "navigate", "begin"), (7, "navigate", "failed")]
 
 
-def story_of(source_m: Array, believed_m: Array, cov: Array, dof: int) -> Story:
-    nothing = Course(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)))
-    believed = Course(np.zeros(1), believed_m[None, :], cov[None, :, :])
-    return Story({"dof": str(dof)}, (), None, (), nothing, nothing, nothing, believed, np.zeros(3), {"source": source_m})  # type: ignore[arg-type]
+def story_of(source_m: Array, believed_m: Array, cov: Array, dof: int) -> RunHistory:
+    nothing = TrackOverTime(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)))
+    believed = TrackOverTime(np.zeros(1), believed_m[None, :], cov[None, :, :])
+    return RunHistory({"dof": str(dof)}, (), None, (), nothing, nothing, nothing, believed, np.zeros(3), {"source": source_m})  # type: ignore[arg-type]
 
 
 def test_errors_of_the_source() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from oio.gas.fluctuation import Fluctuation, whiten
 from oio.inference.belief_map import search_problem
-from oio.inference.bounds import at_truth, cramer_rao, of_source, posterior_cramer_rao, van_trees
+from oio.inference.bounds import at_truth, cramer_rao, marginal_information, posterior_cramer_rao, van_trees
 from oio.inference.map_fit import solve
 from oio.inference.prior import Prior
 
@@ -77,7 +77,7 @@ def test_the_schur_complement_is_the_block_of_the_full_inverse(lab):
     scale = np.sqrt(np.diag(problem.cov))
     scaled = scale[:, None] * (information + np.linalg.inv(problem.cov)) * scale
     full = np.outer(scale, scale) * np.linalg.inv(scaled)
-    np.testing.assert_allclose(scale[:3, None] * np.linalg.inv(of_source(scaled)) * scale[:3], full[:3, :3], rtol=1e-6)
+    np.testing.assert_allclose(scale[:3, None] * np.linalg.inv(marginal_information(scaled)) * scale[:3], full[:3, :3], rtol=1e-6)
     np.testing.assert_allclose(van_trees(sniffs, made.known, theta).cov, full[:3, :3], rtol=1e-6)
 
 

@@ -11,7 +11,7 @@ from oio.gas.fluctuation import Fluctuation
 from oio.gas.range_law import concentration
 from oio.inference.belief_map import search_problem
 from oio.inference.map_fit import solve
-from oio.inference.observability import ambiguous_point, narrowing, unobservable
+from oio.inference.observability import ambiguous_point, posterior_prior_ratio, unobservable
 from oio.kinematics.minimum_jerk import minimum_jerk
 
 NARROWED = 0.7
@@ -73,14 +73,14 @@ def test_a_few_sniffs_at_one_place_cannot_tell_distance_from_strength(lab, built
 @pytest.mark.parametrize("dof", [1, 2, 3, 5])
 def test_readings_never_widen_and_directions_are_of_length_one(lab, built, dof):
     made, theta, sniffs, _ = searched(lab, built, dof, 45, poses=6)
-    ratios, directions = narrowing(sniffs, made.known, theta)
+    ratios, directions = posterior_prior_ratio(sniffs, made.known, theta)
     assert np.all(np.diff(ratios) >= 0) and np.all(ratios > 0) and ratios[-1] < 1.2  # the box is turned, not round
     np.testing.assert_allclose(directions.T @ directions, np.eye(4), atol=1e-9)
 
 
 def test_more_readings_narrow_more(lab, built):
     made, theta, sniffs, _ = searched(lab, built, 3, 46, poses=12)
-    whole, half = (narrowing(s, made.known, theta)[0] for s in (sniffs, sniffs.between(0.0, 12.0)))
+    whole, half = (posterior_prior_ratio(s, made.known, theta)[0] for s in (sniffs, sniffs.between(0.0, 12.0)))
     assert np.all(whole <= half * (1 + 1e-9))
 
 

@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 
 from oio.core.errors import NotObservable
 from oio.inference.belief_map import search_problem
-from oio.inference.trilateration import circle, dilution_of_precision, linear_source, two_points, vertex, vertex_unknown_strength
+from oio.inference.trilateration import (
+    circle_sphere_intersection,
+    dilution_of_precision,
+    linear_source,
+    sphere_intersection,
+    vertex,
+    vertex_unknown_strength,
+)
 
 points = st.tuples(*[st.floats(-0.4, 0.4)] * 3).map(np.array)
 
@@ -21,14 +28,14 @@ def spread(centres):
 @given(points, points, points)
 def test_the_circle_lies_on_both_spheres(s, a, b):
     assume(np.linalg.norm(np.cross(s - a, s - b)) > 1e-4)
-    ring = circle(a, float(np.linalg.norm(s - a)), b, float(np.linalg.norm(s - b)))
+    ring = sphere_intersection(a, float(np.linalg.norm(s - a)), b, float(np.linalg.norm(s - b)))
     assert (s - ring.centre) @ ring.normal == pytest.approx(0.0, abs=1e-7)
     assert np.linalg.norm(s - ring.centre) == pytest.approx(ring.radius, abs=1e-4)
 
 
 def test_spheres_that_touch_meet_in_a_point():
     a, b = np.full(3, 0.25), np.array([0.0, 0.25, 0.0])
-    assert circle(a, float(np.linalg.norm(b - a)), b, 0.0).radius == pytest.approx(0.0, abs=1e-6)
+    assert sphere_intersection(a, float(np.linalg.norm(b - a)), b, 0.0).radius == pytest.approx(0.0, abs=1e-6)
 
 
 @given(points, points, st.floats(-1.0, 2.0), st.floats(1e-6, 1e6))
@@ -37,7 +44,7 @@ def test_spheres_that_touch_from_inside_or_outside_meet_in_a_point(a, b, share, 
     a, b = scale * a, scale * b
     d = float(np.linalg.norm(b - a))
     assume(d > 1e-3 * scale and d > 1e-9)
-    ring = circle(a, abs(share) * d, b, abs(1.0 - share) * d)
+    ring = sphere_intersection(a, abs(share) * d, b, abs(1.0 - share) * d)
     assert ring.radius < 1e-6 * scale
     np.testing.assert_allclose(ring.centre, a + share * (b - a), atol=1e-6 * scale)
 
@@ -45,11 +52,11 @@ def test_spheres_that_touch_from_inside_or_outside_meet_in_a_point(a, b, share, 
 @pytest.mark.parametrize("r2", [0.5 - 1e-7, 1.5 + 1e-7])
 def test_a_gap_that_is_no_rounding_is_refused_with_its_size(r2):
     with pytest.raises(NotObservable, match=r"miss each other by 0\.0001 mm"):
-        circle(np.zeros(3), 0.5, np.array([1.0, 0.0, 0.0]), r2)
+        sphere_intersection(np.zeros(3), 0.5, np.array([1.0, 0.0, 0.0]), r2)
 
 
 def test_circle_by_hand():
-    ring = circle(np.zeros(3), 5.0, np.array([8.0, 0.0, 0.0]), 5.0)
+    ring = sphere_intersection(np.zeros(3), 5.0, np.array([8.0, 0.0, 0.0]), 5.0)
     np.testing.assert_allclose(ring.centre, [4.0, 0.0, 0.0])
     np.testing.assert_allclose(ring.normal, [1.0, 0.0, 0.0])
     assert ring.radius == pytest.approx(3.0)
@@ -61,7 +68,7 @@ def test_circle_by_hand():
 )
 def test_spheres_that_do_not_meet_are_refused(apart, radius, said):
     with pytest.raises(NotObservable, match=said):
-        circle(np.zeros(3), 0.1, np.array([apart, 0.0, 0.0]), radius)
+        sphere_intersection(np.zeros(3), 0.1, np.array([apart, 0.0, 0.0]), radius)
 
 
 @given(points, points, points, points)
@@ -70,17 +77,17 @@ def test_two_points_are_mirror_images_in_the_plane_of_the_centres(s, a, b, c):
     assume(np.linalg.norm(normal) > 0.01 and abs((s - a) @ normal) > 1e-3)
     normal = normal / np.linalg.norm(normal)
     radii = [float(np.linalg.norm(s - p)) for p in (a, b, c)]
-    one, other = two_points(circle(a, radii[0], b, radii[1]), c, radii[2])
+    one, other = circle_sphere_intersection(sphere_intersection(a, radii[0], b, radii[1]), c, radii[2])
     assert min(np.linalg.norm(one - s), np.linalg.norm(other - s)) < 1e-5
     np.testing.assert_allclose(one - 2 * ((one - a) @ normal) * normal, other, atol=1e-6)
 
 
 def test_a_third_sphere_that_misses_or_is_in_line_is_refused():
-    ring = circle(np.zeros(3), 0.5, np.array([0.8, 0.0, 0.0]), 0.5)
+    ring = sphere_intersection(np.zeros(3), 0.5, np.array([0.8, 0.0, 0.0]), 0.5)
     with pytest.raises(NotObservable, match="in line"):
-        two_points(ring, np.array([2.0, 0.0, 0.0]), 1.0)
+        circle_sphere_intersection(ring, np.array([2.0, 0.0, 0.0]), 1.0)
     with pytest.raises(NotObservable, match="misses the circle"):
-        two_points(ring, np.array([0.4, 3.0, 0.0]), 0.1)
+        circle_sphere_intersection(ring, np.array([0.4, 3.0, 0.0]), 0.1)
 
 
 @given(points, st.lists(points, min_size=4, max_size=8))

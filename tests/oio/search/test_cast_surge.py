@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
 from oio.gas.range_law import LAW
-from oio.search.cast_surge import CastSurge, across
+from oio.search.cast_surge import CastSurge, cast_direction
 from oio.search.step_planning import box_diagonal_m, tangent_directions
 from oio.search.view import Move, View
 
-CAST = CastSurge(surge=0.06, widen=0.03, widest=0.3, hit=0.15, fade=0.8, windy_per_m=3.0)
+CAST = CastSurge(surge=0.06, cast_growth=0.03, max_cast=0.3, hit=0.15, threshold_decay=0.8, windy_per_m=3.0)
 WIND = np.array([6.0, 3.0, 0.0])
 
 
@@ -45,7 +45,7 @@ def after(view, moves, smelt=(0.0, 0.0)):
 def test_casts_widen_while_nothing_is_smelt(room, k):
     _, noses = after(windy(room, k), 5)  # the ceiling is near
     wide = np.linalg.norm(noses - room.arm.nose(room.arm.home), axis=1)
-    np.testing.assert_allclose(wide, CAST.widen * box_diagonal_m(room) * np.arange(1, 6), atol=0.02)
+    np.testing.assert_allclose(wide, CAST.cast_growth * box_diagonal_m(room) * np.arange(1, 6), atol=0.02)
 
 
 @pytest.mark.parametrize("dof", [2, 3, 5])
@@ -78,7 +78,7 @@ def test_a_miss_casts_about_the_last_hit(room):
     view = replace(view, moves=(*view.moves, Move(room.arm.home, 0.0, 0.0)))
     _, casts = after(view, 3)
     apart = np.linalg.norm(casts - noses[-1], axis=1)
-    np.testing.assert_allclose(apart, CAST.widen * box_diagonal_m(room) * np.arange(1, 4), atol=0.02)
+    np.testing.assert_allclose(apart, CAST.cast_growth * box_diagonal_m(room) * np.arange(1, 4), atol=0.02)
 
 
 def test_in_still_air_it_goes_on_from_hit_to_hit(room):
@@ -94,7 +94,7 @@ def test_hits_have_bouts_and_rise_from_one_to_the_next_unless_there_were_misses(
     hits = CAST.hits(made)
     assert all(made[i].bouts >= CAST.hit for i in hits)
     for a, b in pairwise(hits):
-        assert made[b].ppm >= 0.999999 * made[a].ppm * CAST.fade ** (b - a - 1)
+        assert made[b].ppm >= 0.999999 * made[a].ppm * CAST.threshold_decay ** (b - a - 1)
 
 
 def test_every_miss_asks_for_less():
@@ -108,7 +108,7 @@ def test_a_cast_is_a_unit_vector_that_the_nose_can_go_and_that_is_across_if_ther
     can = np.linalg.qr(rng.standard_normal((3, 3)))[0][:, :r]
     direction = can @ rng.standard_normal(r)
     direction /= np.linalg.norm(direction)
-    cast = across(direction, can, n)
+    cast = cast_direction(direction, can, n)
     assert np.linalg.norm(cast) == pytest.approx(1.0)
     np.testing.assert_allclose(can @ (can.T @ cast), cast, atol=1e-9)
     assert r == 1 or abs(cast @ direction) < 1e-9
@@ -118,11 +118,13 @@ def test_casts_go_left_and_right_on_a_surface_and_round_in_space(lab):
     for dof, opposite in ((2, -1.0), (3, np.cos(np.pi * (3.0 - np.sqrt(5.0))))):
         arm = lab(dof).arm
         can = tangent_directions(View(arm, lab(dof).model, None, (), (), 1.0, 0.0), arm.home)
-        casts = np.array([across(can[:, 0], can, n) for n in range(1, 6)])
+        casts = np.array([cast_direction(can[:, 0], can, n) for n in range(1, 6)])
         np.testing.assert_allclose(np.sum(casts[1:] * casts[:-1], axis=1), opposite, atol=1e-9)
 
 
-@pytest.mark.parametrize(("key", "value"), [("surge", 0.0), ("widest", 0.01), ("hit", 2.0), ("fade", -0.1), ("windy_per_m", -1.0)])
+@pytest.mark.parametrize(
+    ("key", "value"), [("surge", 0.0), ("max_cast", 0.01), ("hit", 2.0), ("threshold_decay", -0.1), ("windy_per_m", -1.0)]
+)
 def test_senseless_settings_are_refused(key, value):
     with pytest.raises(BadInput, match=key):
         replace(CAST, **{key: value})

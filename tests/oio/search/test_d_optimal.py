@@ -7,12 +7,12 @@ import pytest
 
 from oio.core.records import nanoseconds
 from oio.search.bandit import Bandit, Values
-from oio.search.d_optimal import believed_places, information
+from oio.search.d_optimal import expected_information, source_hypotheses
 from oio.search.exploration import explore
 from oio.search.view import Move, View
 from oio.testing import check_strategy
 
-BANDIT = Bandit(step_rad=0.12, discount=0.9, curiosity=0.3)
+BANDIT = Bandit(step_rad=0.12, discount=0.9, exploration_bonus=0.3)
 
 
 def empty(made):
@@ -112,7 +112,7 @@ def test_arms_out_of_the_box_are_forbidden(lab):
 
 def test_the_bandit_rebuilds_its_values_from_the_moves(lab):
     """Right paid three times, left and stay did not: without curiosity it goes right again."""
-    made, greedy = lab(1), replace(BANDIT, curiosity=0.0)
+    made, greedy = lab(1), replace(BANDIT, exploration_bonus=0.0)
     q, moves = made.arm.home, []
     for step, bouts in ((0.0, 0.0), (-0.12, 0.0), (0.12, 1.0), (0.12, 1.0), (0.12, 1.0)):
         q = q + step
@@ -123,7 +123,7 @@ def test_the_bandit_rebuilds_its_values_from_the_moves(lab):
 
 def test_d_optimal_keeps_off_the_believed_source(built, informed):
     strategy, here = built("search", "search=d_optimal"), informed.moves[-1].q
-    source = believed_places(informed)[0]
+    source = source_hypotheses(informed)[0]
     for seed in range(10):
         goal = strategy.propose(informed, np.random.default_rng(seed))
         assert informed.arm.inside(goal)
@@ -136,14 +136,14 @@ def test_d_optimal_sniffs_where_it_tells_more_than_anywhere(built, informed):
     strategy, alone = built("search", "search=d_optimal"), replace(informed, hypotheses=informed.hypotheses[:1])
     chosen = np.array([strategy.propose(alone, np.random.default_rng(seed)) for seed in range(8)])
     rng = np.random.default_rng(0)
-    anywhere = np.array([alone.arm.random_pose(rng) for _ in range(40)])
-    assert np.mean(information(alone, chosen)) > 2.0 * np.mean(information(alone, anywhere))
+    random_candidates = np.array([alone.arm.random_pose(rng) for _ in range(40)])
+    assert np.mean(expected_information(alone, chosen)) > 2.0 * np.mean(expected_information(alone, random_candidates))
 
 
 def test_information_is_never_negative_and_grows_with_the_dwell(informed):
     rng, alone = np.random.default_rng(1), replace(informed, hypotheses=informed.hypotheses[:1])
     poses = np.array([informed.arm.random_pose(rng) for _ in range(30)])
-    short, long = information(alone, poses), information(replace(alone, dwell_s=60.0), poses)
+    short, long = expected_information(alone, poses), expected_information(replace(alone, dwell_s=60.0), poses)
     assert np.all(short >= 0) and np.all(long >= short - 1e-12) and np.mean(long) > np.mean(short)
 
 

@@ -12,7 +12,7 @@ from oio.search.gradient import Gradient
 from oio.search.step_planning import box_diagonal_m
 from oio.search.view import Move, View
 
-CLIMB = Gradient(latest=10, step=0.08, least=0.02, shrink=0.7, spread=0.3)
+CLIMB = Gradient(fit_sniffs=10, step=0.08, min_step=0.02, step_factor=0.7, spread=0.3)
 
 
 @given(seed=st.integers(0, 2**32 - 1), r=st.integers(1, 3))
@@ -35,7 +35,7 @@ def test_turning_the_sniffs_turns_the_direction(seed):
 @given(y=st.lists(st.floats(-10, 10), min_size=1, max_size=30), lift=st.floats(-5, 5))
 def test_the_step_stays_within_its_limits_and_does_not_depend_on_the_strength(y, lift):
     best, step = CLIMB.climbed(np.array(y))
-    assert y[best] == max(y) and CLIMB.least <= step <= CLIMB.step
+    assert y[best] == max(y) and CLIMB.min_step <= step <= CLIMB.step
     lifted = np.round(np.array(y), 3)
     assert CLIMB.climbed(lifted) == CLIMB.climbed(lifted + round(lift))
 
@@ -83,7 +83,7 @@ def test_with_fewer_joints_it_climbs_to_the_nearest_the_nose_can_come(lab, dof):
     assert np.min(far) < 0.09
 
 
-@pytest.mark.parametrize(("key", "value"), [("latest", 3), ("step", 0.01), ("shrink", 1.5), ("spread", -1.0)])
+@pytest.mark.parametrize(("key", "value"), [("fit_sniffs", 3), ("step", 0.01), ("step_factor", 1.5), ("spread", -1.0)])
 def test_senseless_settings_are_refused(key, value):
     with pytest.raises(BadInput, match=key):
         replace(CLIMB, **{key: value})

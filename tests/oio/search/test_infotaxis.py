@@ -8,7 +8,7 @@ import pytest
 
 from oio.core.errors import BadInput
 from oio.gas.range_law import LAW
-from oio.search.infotaxis import information
+from oio.search.infotaxis import expected_information
 from oio.search.sniff_history import sniff_history
 from oio.search.source_posterior import Likelihood, posterior
 from oio.search.view import Move, View
@@ -80,7 +80,7 @@ def test_a_sniff_is_never_expected_to_add_entropy_nor_to_take_more_than_there_is
     w = np.sum(cloud.likeliest(0.999).weight, axis=1)
     noses = made.arm.nose(np.array([made.arm.random_pose(rng) for _ in range(20)]))
     for levels in (2, 5):
-        told = information(likelihood, cloud, noses, levels)
+        told = expected_information(likelihood, cloud, noses, levels)
         assert np.all(told >= -1e-9) and np.all(told <= min(np.log(levels), -float(w @ np.log(w))) + 1e-9)
 
 
@@ -90,7 +90,7 @@ def test_more_levels_of_the_same_edges_tell_more(lab):
     likelihood = Likelihood(view, sniff_history(view), 0.2, 3)
     cloud, rng = posterior(likelihood, 200, 2), np.random.default_rng(0)
     noses = view.arm.nose(np.array([view.arm.random_pose(rng) for _ in range(20)]))
-    assert np.all(information(likelihood, cloud, noses, 4) >= information(likelihood, cloud, noses, 2) - 1e-9)
+    assert np.all(expected_information(likelihood, cloud, noses, 4) >= expected_information(likelihood, cloud, noses, 2) - 1e-9)
 
 
 def test_likeliest_places_have_the_mass(lab):
@@ -105,12 +105,12 @@ def test_it_sniffs_where_it_tells_more_than_anywhere(lab, strategy):
     made = lab(5)
     view = replace(hits(made, np.array([0.33, 0.1, 0.2]), 20.0, 6, 5), dwell_s=1.0)
     likelihood = Likelihood(view, sniff_history(view), strategy.model_discrepancy, strategy.strengths)
-    cloud, rng = posterior(likelihood, strategy.places, strategy.zooms), np.random.default_rng(0)
-    chosen, anywhere = (
+    cloud, rng = posterior(likelihood, strategy.places, strategy.refinements), np.random.default_rng(0)
+    chosen, random_candidates = (
         made.arm.nose(np.array(q))
         for q in ([strategy.propose(view, np.random.default_rng(s)) for s in range(8)], [made.arm.random_pose(rng) for _ in range(40)])
     )
-    told = [np.mean(information(likelihood, cloud, noses, strategy.levels)) for noses in (chosen, anywhere)]
+    told = [np.mean(expected_information(likelihood, cloud, noses, strategy.levels)) for noses in (chosen, random_candidates)]
     assert told[0] > 1.3 * told[1]
 
 
@@ -133,7 +133,7 @@ def test_a_proposal_takes_less_than_30_ms(lab, strategy):
     assert min(took) < 0.03
 
 
-@pytest.mark.parametrize(("key", "value"), [("places", 1), ("levels", 1), ("model_discrepancy", -1.0), ("anywhere", 0)])
+@pytest.mark.parametrize(("key", "value"), [("places", 1), ("levels", 1), ("model_discrepancy", -1.0), ("random_candidates", 0)])
 def test_senseless_settings_are_refused(strategy, key, value):
     with pytest.raises(BadInput, match=key):
         replace(strategy, **{key: value})
