@@ -8,7 +8,7 @@ from oio.core.settings import settings
 from oio.gas.range_law import RangeLaw
 from oio.inference.model_selection import law_form
 from oio.inference.prior import Nominal, Prior, calibrated_prior, cold_prior
-from oio.inference.state_space import ProcessNoise
+from oio.inference.process_noise import ProcessNoise
 from oio.inference.uncertainty import Noise, assemble_q_r
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, MapCalibration

@@ -14,13 +14,14 @@ from oio.gas.source import Source
 from oio.gas.timing import Delay, shift_path
 from oio.gas.trace import Sniffs, Trace
 from oio.inference.beacon_fit import beacon_problem, fit_beacon
-from oio.inference.belief_map import BeliefMap, range_spheres
+from oio.inference.belief_map import BeliefMap
 from oio.inference.delay_fit import fit_delay
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit
 from oio.inference.metrics import nees
 from oio.inference.prior import Nominal, calibrated_prior
-from oio.inference.state_space import ProcessNoise
+from oio.inference.process_noise import ProcessNoise
+from oio.inference.range_spheres import range_spheres
 from oio.inference.trilateration import vertex
 from oio.inference.uncertainty import Noise, type_b_of_repeats
 from oio.kinematics.arm import Arm

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -20,17 +19,15 @@ from oio.cli.exit_codes import run_command
 from oio.cli.experiment import Experiment, execute
 from oio.cli.help import show_help
 from oio.cli.hydra_errors import known_error
-from oio.cli.renamed_keys import modernised
+from oio.cli.replay_overrides import replayed
 from oio.cli.sweep import SweepTable
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF, ROOT
-from oio.log import read_metadata
 from oio.runtime.runner import check_order
 
 ASSEMBLIES = ("gum", "paper")
 FAILED: list[Exception] = []  # the error of a single run
-PLAIN = re.compile(r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")  # an override from a log is data: a plain word, number or list, nothing else
 
 
 def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Experiment:
@@ -92,25 +89,6 @@ def _note_failure(out: Path, error: Exception) -> None:
     known = known_error(error, CONF)
     text = str(known or repr(error))
     (out / "status.json").write_text(json.dumps({"state": "failed", "error": text, "traceback": None}) + "\n", encoding="utf-8")
-
-
-def replayed(arguments: list[str]) -> list[str]:
-    """For backend=replay: prepend the overrides with which the log was written, except those that the command line gives."""
-    log = next((a.split("=", 1)[1] for a in arguments if a.startswith("backend.log=")), None)
-    if "backend=replay" not in arguments or log is None:
-        return arguments
-    given = {a.split("=", 1)[0] for a in arguments}
-    logged = json.loads(read_metadata(Path(log)).get("overrides", "[]"))
-    return [*(a for a in map(modernised, filter(_is_plain, logged)) if _may_pass(a, given)), *arguments]
-
-
-def _is_plain(override: object) -> bool:
-    return isinstance(override, str) and PLAIN.fullmatch(override) is not None
-
-
-def _may_pass(override: str, given: set[str]) -> bool:
-    key = override.split("=", 1)[0]
-    return key not in given and key.split(".")[0] not in ("backend", "recording", "hydra") and key[0] != "_" and "_target_" not in key
 
 
 def refuse_bad_choices(arguments: list[str]) -> None:

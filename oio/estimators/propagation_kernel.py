@@ -10,7 +10,7 @@ from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, concentration
-from oio.inference.state_space import GasConstants
+from oio.inference.step_constants import GasConstants
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
 
 

@@ -8,7 +8,7 @@ growing or is lost to the room (1 / u is the length of the isotropic plume of Ve
 logarithm of the concentration at r_ref. The radius of the source removes the singularity.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -104,24 +104,6 @@ class RangeLaw:
     def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> MeanField:
         """Return the mean field in the form that the fluctuation model takes."""
         return MeanField(c, rarity, r, speed_m_s, exponent * self.nose_jitter_m, self.model_discrepancy, self.r_ref_m)
-
-
-@dataclass(frozen=True, slots=True)
-class Rssi:
-    """RSSI 10 log10(C / C_ref) [dB] and its range d0 10^((RSSI0 - RSSI) / 10 n) [m] (log-distance path loss; section II-D of the paper)."""
-
-    c_ref_ppm: float  # concentration of 0 dB
-    d0_m: float
-    rssi0_db: float  # at d0
-    exponent: float
-
-    def of(self, c_ppm: Array) -> Array:
-        """Convert concentrations (k,) [ppm] to RSSI [dB]; values are clipped below at C_ref / 1000."""
-        return 10.0 * np.log10(np.maximum(c_ppm, 1e-3 * self.c_ref_ppm) / self.c_ref_ppm)
-
-    def range_m(self, rssi_db: Array) -> Array:
-        """Convert RSSI [dB] to range [m]."""
-        return self.d0_m * 10.0 ** ((self.rssi0_db - rssi_db) / (10.0 * self.exponent))
 
 
 @compiled

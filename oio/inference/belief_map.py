@@ -4,15 +4,16 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
-from oio.gas.fluctuation import Fluctuation, whiten
-from oio.gas.range_law import LN_STRENGTH, SOURCE, RangeLaw, Rssi
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.range_law import LN_STRENGTH, SOURCE
 from oio.gas.trace import Sniffs, Trace
+from oio.gas.whitening import whiten
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
 from oio.inference.prior import Prior, reset_source
 from oio.inference.sampling import halton
+from oio.inference.source_strength import clip_strength, mirror_start, readings_without_source, weighted_signal
 from oio.inference.trilateration import linear_source
-from oio.kinematics.arm import Arm
 
 NO_SOURCE = -60.0  # ln strength that stands for no source
 
@@ -49,7 +50,7 @@ class BeliefMap:
         problem, noise = search_problem(sniffs, known), known.model.fluctuation
         found = [solve(problem, start, noise) for start in self._starts(problem, known, before)]
         mirror = mirror_start(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
-        fits = sorted([*found, solve(problem, _clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
+        fits = sorted([*found, solve(problem, clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
         kept: list[Fit] = []
         for fit in fits:
             distinct = all(np.linalg.norm(fit.source - other.source) > self.min_separation_m / 2 for other in kept)
@@ -89,21 +90,12 @@ def _rank_starts(problem: Problem, positions_m: Array, gamma: float, decay: Arra
     """theta (count, P) of the best sources at positions (j, 3) [m] by least squares, each with its best strength: see `fit_strength`."""
     thetas = np.repeat(problem.mean[None, :], len(positions_m), axis=0)
     thetas[:, SOURCE] = positions_m
-    z, weight = _weighted_signal(problem, problem.mean, gamma, decay)
+    z, weight = weighted_signal(problem, problem.mean, gamma, decay)
     costs, ln_factor = problem.grid_costs(thetas, decay, z, weight)
     thetas[:, LN_STRENGTH] += ln_factor
     thetas = thetas[np.argsort(costs, kind="stable")[:count]]
     thetas[:, LN_STRENGTH] += problem.grid_costs(thetas, decay, z, weight)[1] if count else 0.0
-    return _clip_strength(problem, thetas)
-
-
-def _clip_strength(problem: Problem, theta: Array) -> Array:
-    """Clip theta (..., P) to two standard deviations of a configured strength: fits that start farther off run out of steps."""
-    if problem.law.ln_strength is None:
-        return theta
-    out, mean, u = np.array(theta), problem.mean[LN_STRENGTH], float(np.sqrt(problem.cov[LN_STRENGTH, LN_STRENGTH]))
-    out[..., LN_STRENGTH] = np.clip(out[..., LN_STRENGTH], mean - 2.0 * u, mean + 2.0 * u)
-    return out
+    return clip_strength(problem, thetas)
 
 
 def _minus_2_log_likelihood(problem: Problem, theta: Array, noise: Fluctuation) -> float:
@@ -119,54 +111,3 @@ def search_problem(sniffs: Sniffs, known: Prior) -> Problem:
     mean, cov = reset_source(known.mean, known.cov, model.arm, model.law, ln_strength)
     factor = float(np.exp(known.mean[lay.tau]))
     return Problem(sniffs, model.arm, model.law, model.elements, model.rise_s / factor, model.fall_s / factor, mean, cov)
-
-
-def mirror_start(problem: Problem, theta: Array, gamma: float) -> Array:
-    """Start value theta (P,) at the mirror point of the source in the best-fit plane of the nose positions, weighted by expected signal."""
-    nose_m, weight = problem.nose(theta)[problem.sniffs.at], np.maximum(problem.expect(theta), 0.0) + 1e-12
-    centre = weight @ nose_m / np.sum(weight)
-    _, _, axes = np.linalg.svd(np.sqrt(weight)[:, None] * (nose_m - centre), full_matrices=False)
-    mirrored = np.array(theta)
-    mirrored[SOURCE] -= 2.0 * float(axes[-1] @ (theta[SOURCE] - centre)) * axes[-1]
-    return fit_strength(problem, mirrored, gamma, readings_without_source(problem, mirrored))[1]
-
-
-def readings_without_source(problem: Problem, start: Array) -> Array:
-    """Expected readings (m,) [ppm] if there is no source: the decay of the lag's initial state."""
-    no_source = np.array(start)
-    no_source[LN_STRENGTH] = NO_SOURCE
-    return problem.expect(no_source)
-
-
-def fit_strength(problem: Problem, start: Array, gamma: float, left: Array) -> tuple[float, Array]:
-    """Least-squares fit of the ln strength alone: weighted sum of squares, and theta (P,) with that strength.
-
-    `left` (m,) [ppm] is the part of the readings that does not scale with the strength (`readings_without_source`). The rest scales, up
-    to the switching between rise and fall, so the factor is estimated twice.
-    """
-    theta = np.array(start)[None, :]
-    z, weight = _weighted_signal(problem, start, gamma, left)
-    for _ in range(2):
-        cost, ln_factor = problem.grid_costs(theta, left, z, weight)
-        theta[0, LN_STRENGTH] += ln_factor[0]
-    return float(cost[0]), theta[0]
-
-
-def _weighted_signal(problem: Problem, theta: Array, gamma: float, decay: Array) -> tuple[Array, Array]:
-    """Readings (m,) [ppm] above the decay of the lag's initial state, and their weights."""
-    z = problem.residual(theta, decay)
-    return z, 1.0 / (problem.sniffs.sigma_ppm**2 + (gamma * z) ** 2)
-
-
-def range_spheres(sniffs: Sniffs, law_fit: Fit, arm: Arm, law: RangeLaw, measurements: int) -> tuple[Array, Array]:
-    """Spheres of the paper: nose positions (k, 3) [m] and ranges (k,) [m] of `measurements` equal parts of the readings.
-
-    The last third of each part, after the lag has settled, gives an RSSI, and the range law of `law_fit` a range.
-    """
-    lay, theta = law_fit.layout, law_fit.mean
-    rssi = Rssi(1.0, law.r_ref_m, 10.0 * float(theta[lay.strength]) / np.log(10.0), float(theta[lay.exponent]))
-    c = (sniffs.ppm - theta[lay.baseline][sniffs.element]) / np.exp(theta[lay.gain])[sniffs.element]
-    ends = [part[-max(len(part) // 3, 1) :] for part in np.array_split(np.arange(len(c)), measurements) if len(part)]
-    p = arm.nose(sniffs.q - theta[lay.offset] - 0.5 * sniffs.t_s[:, None] ** 2 * theta[lay.drift])
-    levels = np.array([np.mean(c[end]) for end in ends])
-    return np.array([p[sniffs.at[end[-1]]] for end in ends]), rssi.range_m(rssi.of(levels))

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.fluctuation import whiten
 from oio.gas.range_law import LN_STRENGTH, SOURCE
 from oio.gas.trace import Sniffs
-from oio.inference.belief_map import fit_strength, readings_without_source, search_problem
+from oio.gas.whitening import whiten
+from oio.inference.belief_map import search_problem
 from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.prior import Prior
+from oio.inference.source_strength import fit_strength, readings_without_source
 
 MIN_INFORMATION = 1e-12  # less information, relative to the prior's or the best direction's, is rounding: the direction is unobservable
 

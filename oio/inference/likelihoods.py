@@ -1,6 +1,6 @@
 """Likelihood of fluctuation parameters on a grid, for the residuals of one fit, and the maximum-likelihood parameters.
 
-The results equal those of `oio.gas.fluctuation.whiten`, one by one, to the bit, but shared terms are computed once: the decay of the lag
+The results equal those of `oio.gas.whitening.whiten`, one by one, to the bit, but shared terms are computed once: the decay of the lag
 over every step, that of the fluctuation for every correlation time, and the amplitude for every shape.
 """
 
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.fluctuation import Fluctuation, PathField, Whitened, fluctuation_ppm, lagged_ou_step, whitening_filter
+from oio.gas.fluctuation import Fluctuation, PathField, fluctuation_ppm, lagged_ou_step
+from oio.gas.whitening import Whitened, whitening_filter
 
 GAMMAS = np.geomspace(0.005, 1.5, 18)
 TIMES_S = np.geomspace(0.1, 10.0, 10)

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.fluctuation import Fluctuation, PathField, Whitening
+from oio.gas.fluctuation import Fluctuation, PathField
 from oio.gas.range_law import SOURCE, RangeLaw
+from oio.gas.whitening import Whitening
 from oio.inference.forward_model import ParameterLayout, Prediction, Problem
 
 MAX_STEPS = 20  # maximum number of iterations

@@ -8,9 +8,9 @@ an ambiguity, and one on a sphere the inverse point c + R^2 (s - c) / |s - c|^2:
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.fluctuation import whiten
 from oio.gas.range_law import SOURCE
 from oio.gas.trace import Sniffs
+from oio.gas.whitening import whiten
 from oio.inference.belief_map import search_problem
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior

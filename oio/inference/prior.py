@@ -10,7 +10,8 @@ from oio.gas.fluctuation import Fluctuation
 from oio.gas.range_law import LN_STRENGTH, MAX_DISCREPANCY, MAX_NOSE_JITTER_M, SOURCE, RangeLaw
 from oio.inference.forward_model import ParameterLayout
 from oio.inference.map_fit import Fit
-from oio.inference.state_space import ProcessNoise, StateSpace
+from oio.inference.process_noise import ProcessNoise
+from oio.inference.state_space import StateSpace
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
 

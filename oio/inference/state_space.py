@@ -10,30 +10,17 @@ correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + wh
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, JointState, seconds
-from oio.core.settings import settings
 from oio.gas.fluctuation import Fluctuation, lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
 from oio.inference.map_fit import Fit
+from oio.inference.process_noise import ProcessNoise
+from oio.inference.step_constants import GasConstants, StepConstants
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
-
-
-@settings
-class ProcessNoise:
-    """Process noise of slowly varying states: random-walk densities."""
-
-    offset_deg_sqrt_s: float  # of the joint offsets: reversal of the backlash [deg / sqrt(s)]
-    drift_deg_s2_sqrt_s: float  # of the encoders' acceleration [deg / s^2 / sqrt(s)]
-    strength_sqrt_s: float  # of ln strength [1 / sqrt(s)]
-    exponent_sqrt_s: float  # of the range exponent
-    wind_per_m_sqrt_s: float  # of k [1 / m / sqrt(s)]
-    rest_speed_rad_s: float  # a joint slower than this is at rest: velocities are differences of counts
-    baseline_sigmas_sqrt_s: float  # of the offsets, in standard deviations of one reading
 
 
 @dataclass(frozen=True)
@@ -181,25 +168,3 @@ class StateSpace:
         row[i], row[self.at["b"].start + e] = self.gain[e], 1.0
         single_ppm2 = self.fluctuation.scale * reading.sigma_ppm**2
         return float(row @ x), row, single_ppm2 if self.noise.r_ppm2 is None else self.noise.r_ppm2
-
-
-class GasConstants(NamedTuple):
-    """Constants of range law, lag and fluctuation."""
-
-    r_ref_m: float
-    radius_m: float
-    rise_s: float
-    fall_s: float
-    gamma: float
-    t_s: float  # correlation time at r_ref
-    nose_jitter_m: float
-    model_discrepancy: float
-    rest_speed_rad_s: float
-
-
-class StepConstants(NamedTuple):
-    """Constants of a filter step: `walk` (2, N) is the random-walk variance per step and per second."""
-
-    gas: GasConstants
-    walk: Array
-    drift: float  # random-walk density of the encoders' acceleration [rad^2/s^4/s]

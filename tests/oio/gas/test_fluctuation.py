@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from oio.gas.fluctuation import Fluctuation, MeanField, PathField, lagged_ou_steps, whiten
+from oio.gas.fluctuation import Fluctuation, MeanField, PathField, lagged_ou_steps
+from oio.gas.whitening import whiten
 from oio.inference.likelihoods import GAMMAS, TIMES_S, fit_fluctuation, minus_2_log_likelihoods
 
 

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
-from oio.gas.range_law import LAW, Rssi, concentration
+from oio.gas.range_law import LAW, concentration
+from oio.gas.rssi import Rssi
 
 R_REF, RADIUS = 0.1, 0.01
 

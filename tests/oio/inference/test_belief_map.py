@@ -8,8 +8,10 @@ from scipy.stats import chi2
 
 from oio.core.errors import BadInput
 from oio.inference import belief_map as belief_map_module
-from oio.inference.belief_map import fit_strength, mirror_start, range_spheres, readings_without_source, search_problem
+from oio.inference.belief_map import search_problem
 from oio.inference.map_fit import Fit, solve
+from oio.inference.range_spheres import range_spheres
+from oio.inference.source_strength import fit_strength, mirror_start, readings_without_source
 
 
 def far(fit, source):

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.gas.fluctuation import Fluctuation, whiten
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.whitening import whiten
 from oio.inference.belief_map import search_problem
 from oio.inference.bounds import at_truth, cramer_rao, marginal_information, posterior_cramer_rao, van_trees
 from oio.inference.map_fit import solve

@@ -10,7 +10,8 @@ import pytest
 from scipy.stats import binom, chi2
 
 from oio.core.records import GasReading, JointState, nanoseconds
-from oio.gas.fluctuation import Fluctuation, whiten
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.whitening import whiten
 from oio.inference.belief_map import search_problem
 from oio.inference.bounds import cramer_rao, van_trees
 from oio.inference.map_fit import solve

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from oio.gas.fluctuation import whiten
 from oio.gas.range_law import LAW
+from oio.gas.whitening import whiten
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import discrepancy_m, solve
 

@@ -1,0 +1,16 @@
+"""Process noise: the densities of the random walks of the state."""
+
+from oio.core.settings import settings
+
+
+@settings
+class ProcessNoise:
+    """Process noise of slowly varying states: random-walk densities."""
+
+    offset_deg_sqrt_s: float  # of the joint offsets: reversal of the backlash [deg / sqrt(s)]
+    drift_deg_s2_sqrt_s: float  # of the encoders' acceleration [deg / s^2 / sqrt(s)]
+    strength_sqrt_s: float  # of ln strength [1 / sqrt(s)]
+    exponent_sqrt_s: float  # of the range exponent
+    wind_per_m_sqrt_s: float  # of k [1 / m / sqrt(s)]
+    rest_speed_rad_s: float  # a joint slower than this is at rest: velocities are differences of counts
+    baseline_sigmas_sqrt_s: float  # of the offsets, in standard deviations of one reading
