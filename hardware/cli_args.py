@@ -16,7 +16,9 @@ def key_values(arguments: Sequence[str], keys: Mapping[str, str], command: str) 
         if not equals:
             plain.append(argument)
         elif key not in keys:
-            raise BadInput(f"{argument} was given, but `{command}` knows {', '.join(keys)}. Type e.g. {next(iter(keys))}=VALUE, or --help.")
+            raise BadInput(
+                f"{argument} was given, but `{command}` knows {', '.join(keys)}. Type e.g. {next(iter(keys))}=VALUE, or --help."
+            )
         else:
             values[key] = value
     return values, plain
@@ -29,7 +31,7 @@ def whole_number(key: str, value: str, low: int, high: int) -> int:
     return int(value)
 
 
-def command(main: Callable[[list[str]], None], help_text: str) -> int:
+def run_tool(main: Callable[[list[str]], None], help_text: str) -> int:
     """Run `main` with the command line words, or print the help; return the exit code."""
     interrupt.listen()
     if {"--help", "-h"} & set(sys.argv[1:]):

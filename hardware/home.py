@@ -30,7 +30,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hardware.cli_args import command, key_values, whole_number
+from hardware.cli_args import key_values, run_tool, whole_number
 from hardware.drivers.servos.bus import Bus, Positions
 from hardware.drivers.servos.joint_calibration import JointSweep, end_directions, ends_deg, homing_from_sweeps
 from hardware.drivers.servos.port import BUSES
@@ -183,4 +183,4 @@ def _table(last: list[JointSweep], homing: Homing, arm: Arm) -> Table:
 
 
 if __name__ == "__main__":
-    sys.exit(command(main, (__doc__ or "").strip()))
+    sys.exit(run_tool(main, (__doc__ or "").strip()))

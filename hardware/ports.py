@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from serial.tools import list_ports
 
-from hardware.cli_args import command
+from hardware.cli_args import run_tool
 from hardware.drivers.noses.line import Line, Sentence
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.drivers.noses.scd30 import Scd30
@@ -109,4 +109,4 @@ def _line(key: str, driver: str, path: str, name: str) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(command(main, (__doc__ or "").strip()))
+    sys.exit(run_tool(main, (__doc__ or "").strip()))

@@ -72,7 +72,7 @@ class Evaluate:
             for name, at in starts.items()
         }
         rerun = Rescoring(variants, self.sensor, search, self.stop)
-        rerun.over(context.log.samples(search.began_ns, search.ended_ns))
+        rerun.run(context.log.samples(search.began_ns, search.ended_ns))
         return rerun
 
     def _bounds(self, rerun: Rescoring, rng: np.random.Generator) -> tuple[float | None, float | None]:
@@ -80,7 +80,7 @@ class Evaluate:
         odometry = rerun.variants["calibrated"].odometry
         if rerun.source is None or not odometry.hypotheses or self.arm.dof < 3:
             return None, None
-        sniffs, known = odometry.trace.frozen(), odometry.prior
+        sniffs, known = odometry.trace.as_arrays(), odometry.prior
         truth = at_truth(sniffs, known, odometry.hypotheses[0].mean, rerun.source)
         return cramer_rao(sniffs, known, truth).rms_m, posterior_cramer_rao(sniffs, known, rng, self.bound_draws).rms_m
 
@@ -88,4 +88,4 @@ class Evaluate:
         odometry = rerun.variants["calibrated"].odometry
         if not odometry.hypotheses:
             return ()
-        return unobservable(odometry.trace.frozen(), odometry.prior, odometry.hypotheses, self.limits.narrowed)
+        return unobservable(odometry.trace.as_arrays(), odometry.prior, odometry.hypotheses, self.limits.narrowed)

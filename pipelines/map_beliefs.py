@@ -70,8 +70,8 @@ class MapBeliefs:
             if made < len(self.distances_m):
                 break  # no repeat, but what was sensed helps the fit
             spans.append((began_s, seconds(context.world.t_ns)))
-        delay = self._delay(context, trace.frozen())
-        sniffs = shift_path(trace.frozen(), delay.s)
+        delay = self._delay(context, trace.as_arrays())
+        sniffs = shift_path(trace.as_arrays(), delay.s)
         fit = self._fit(context, sniffs)
         repeats = tuple(self._repeat(context, sniffs, span, fit) for span in spans)
         self._draw(context, repeats[-1])

@@ -64,14 +64,14 @@ class Navigate:
                 break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
-            if self.mapping.due(moves, mapped, self._doubtful(odometry)) or self.stop.holds(odometry, tuple(moves)):
+            if self.mapping.due(moves, mapped, self._doubtful(odometry)) or self.stop.may_declare(odometry, tuple(moves)):
                 maps.append(self._map(context, odometry, len(moves)))
                 mapped = len(moves)
-                declared = self.stop.holds(odometry, tuple(moves))
+                declared = self.stop.may_declare(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         if mapped < len(moves) and len(odometry.trace) > 1:  # the last word is that of a map of everything
             maps.append(self._map(context, odometry, len(moves)))
-            declared = self.stop.holds(odometry, tuple(moves))
+            declared = self.stop.may_declare(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         source = odometry.source()
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3

@@ -141,7 +141,7 @@ class LiveWorld:
             for state in self._mover.until(self._clock.now_ns()):
                 self._mailbox.put(StampedSample(state, state.t_ns))
             return
-        self._mover.alive()
+        self._mover.heartbeat()
         if self._mover.held is not None:
             raise OioError(f"the arm was stopped: {self._mover.held}. What was logged so far can be read.")
 
@@ -168,7 +168,7 @@ class LiveWorld:
         """Link statistics as text: all frames and samples so far, joint period jitter, latency from a sniff's last byte to the belief."""
         parts = [_device_account(device) for device in (self._nose, self._arm) if device is not None]
         if isinstance(self._mover, ServoArm):
-            parts.append(f"joints {self._mover.rhythm}, {self._mover.supply}")
+            parts.append(f"joints {self._mover.jitter}, {self._mover.health_summary}")
         delivered, homing, waiting = self._delivered, self._delivered_homing, (len(self._mailbox.gas), len(self._mailbox.joints))
         parts.append(f"taken {delivered['gas']} gas {delivered['joints']} joints, waiting {waiting[0]} and {waiting[1]}")
         parts.append(f"on the first way home {homing['gas']} and {homing['joints']}")

@@ -123,18 +123,18 @@ class SimulatedWorld:
                 yield replace(self._delay_line.popleft(), t_ns=self.t_ns)
 
     def _set_point(self, t_s: float) -> Array:
-        self.guard.alive(t_s, HOST)  # time passes only while the host takes samples
+        self.guard.heartbeat(t_s, HOST)  # time passes only while the host takes samples
         return self.guard.set_point(t_s)
 
     def _report_load(self, t_s: float) -> None:
         """Report the load to the guard, except at a joint stop, onto which the drift of the paper's encoders (degrees) presses a joint."""
-        self.guard.feel(t_s, np.where(self._plant.at_stop(), np.nan, self._plant.load()))
+        self.guard.report_load(t_s, np.where(self._plant.at_stop(), np.nan, self._plant.load()))
 
     def _sniff(self) -> GasSample:
         sample = GasSample(self.t_ns, self._element, self._plant.raw(self._element))
         self._gas_due_ns += self._sample_ns
         self._element = (self._element + 1) % self._sim.sensor.elements
-        self.guard.alive(seconds(self.t_ns), NOSE)
+        self.guard.heartbeat(seconds(self.t_ns), NOSE)
         return sample
 
 

@@ -66,7 +66,7 @@ class SerialPort:
                 mover = servos or FixedMount(self.kinematics, self.arm.period_s)
                 places_m = {"beacon": self.beacon.position, "source": self.source.position}
                 bench = LiveWorld(LiveDevices(nose, arm, mover, valve), clock, mailbox, self.kinematics, places_m, self.hold_s)
-                if servos is not None and servos.from_home_rad > AWAY_RAD:
+                if servos is not None and servos.distance_from_home_rad > AWAY_RAD:
                     _hands_off(bench)
                 bench.go_home(HOMING_S)
                 yield bench

@@ -49,7 +49,7 @@ class Sized(Framer[F]):
         self._held += data
         return self._decode(flush=False)
 
-    def quiet(self) -> list[F]:
+    def flush(self) -> list[F]:
         """Flush after the line has fallen silent: no buffered frame will be completed. Returns the good frames behind a false head."""
         return self._decode(flush=True)
 
@@ -104,7 +104,7 @@ class Marked(Framer[F]):
         self.skipped += len(start) - len(self._held)
         return frames
 
-    def quiet(self) -> list[F]:
+    def flush(self) -> list[F]:
         """Flush after the line has fallen silent: what is buffered will not be completed."""
         if self._held:
             self._count_corrupt(self._held)

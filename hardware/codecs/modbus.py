@@ -37,7 +37,7 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class ExceptionResponse:
     """Exception response: `function` is the one requested, `code` the reason (1 function, 2 register, 3 value, 4 failure, 6 busy)."""
 
     function: int
@@ -102,7 +102,7 @@ def words_of(values: Iterable[float]) -> tuple[int, ...]:
     return struct.unpack(f">{len(packed) // 2}H", packed)
 
 
-class Replies(Sized[Reply | Refusal]):
+class Replies(Sized[Reply | ExceptionResponse]):
     """Host side: decoder of the responses of the device with one address."""
 
     width = 3
@@ -115,11 +115,11 @@ class Replies(Sized[Reply | Refusal]):
         function = head[1]
         return 5 if function & REFUSED else 8 if function == WRITE else 5 + head[2]
 
-    def _frame(self, raw: bytes) -> Reply | Refusal | None:
+    def _frame(self, raw: bytes) -> Reply | ExceptionResponse | None:
         if not _intact(raw):
             return None
         if raw[1] & REFUSED:
-            return Refusal(raw[1] & ~REFUSED, raw[2])
+            return ExceptionResponse(raw[1] & ~REFUSED, raw[2])
         words = raw[2:-2] if raw[1] == WRITE else raw[3:-2]
         return Reply(raw[1], struct.unpack(f">{len(words) // 2}H", words))
 

@@ -52,14 +52,14 @@ class Servo:
             self._memory[dxl.HARDWARE_ERROR] = OVERHEATING
             if self._memory[dxl.TORQUE_ENABLE]:
                 self._memory[dxl.TORQUE_ENABLE] = 0
-                self._motor.let_go()
+                self._motor.release()
 
     def power_on(self) -> None:
         """Restart with torque disabled and the goal at the present position."""
         self._refresh()
         self._memory[dxl.TORQUE_ENABLE] = 0
         self._memory[dxl.GOAL_POSITION] = self._memory[dxl.PRESENT_POSITION]
-        self._motor.let_go()
+        self._motor.release()
 
     def obey(self, instruction: int, params: bytes) -> bytes:
         """Execute an instruction; return its status packet."""
@@ -74,7 +74,7 @@ class Servo:
             return self._status(self.write(_words(params[:2])[0], params[2:]))
         if instruction == REBOOT:
             self._memory[dxl.HARDWARE_ERROR] = self._memory[dxl.TORQUE_ENABLE] = 0
-            self._motor.let_go()
+            self._motor.release()
             return self._status(0)
         return self._status(INSTRUCTION_ERROR)
 
@@ -103,7 +103,7 @@ class Servo:
         if self._memory[dxl.TORQUE_ENABLE]:
             self._drive()
         elif held:
-            self._motor.let_go()
+            self._motor.release()
         return 0
 
     @property

@@ -7,7 +7,7 @@ from itertools import count
 import numpy as np
 
 from hardware.emulators.device import Device
-from hardware.emulators.faults import spoilt
+from hardware.emulators.faults import corrupt
 from hardware.emulators.pty import PseudoTerminal
 
 BITS = 10  # bits per byte on the wire: 8N1
@@ -53,7 +53,7 @@ class EmulatedPort:
         """Read a request at now_s. The reply is computed at once and then delayed, which saves a wake-up of a busy host."""
         data = self.port.read()
         if data and "busy" not in self.trouble:
-            data = spoilt(data, self.trouble, self._rng)
+            data = corrupt(data, self.trouble, self._rng)
             self._received_s = max(self._received_s, now_s) + self._wire_s(data)
             answer = self._device.answer(data)
             self._queue_send(answer, self._received_s + self._device.pause_s / self._speed)
@@ -65,7 +65,7 @@ class EmulatedPort:
 
     def _send(self, data: bytes, connection: int) -> None:
         if connection == self._connection and "busy" not in self.trouble:
-            self.port.write(spoilt(data, self.trouble, self._rng))
+            self.port.write(corrupt(data, self.trouble, self._rng))
 
     def tick(self, t_s: float, now_s: float) -> None:
         """Advance the device to bench time t_s, host time now_s."""

@@ -96,12 +96,12 @@ def _random(rng: np.random.Generator, choices: list[tuple[str, str]], chance: Ch
     return Fault(device, kind, round(float(rng.uniform(0.0, chance.within_s)), 2), round(for_s, 2))
 
 
-def now(faults: Iterable[Fault], device: str, t_s: float) -> set[str]:
+def active_kinds(faults: Iterable[Fault], device: str, t_s: float) -> set[str]:
     """Return the fault kinds active on a device at t_s."""
     return {fault.kind for fault in faults if fault.device == device and fault.at_s <= t_s < fault.at_s + fault.for_s}
 
 
-def spoilt(data: bytes, trouble: Collection[str], rng: np.random.Generator) -> bytes:
+def corrupt(data: bytes, trouble: Collection[str], rng: np.random.Generator) -> bytes:
     """Return a message as corrupted by the active wire faults."""
     if "checksum" in trouble:
         at = int(rng.integers(len(data)))

@@ -45,14 +45,14 @@ class Servo:
         self._motor.tick(t_s)
         if self._error & sts.OVERHEAT and self._memory[sts.TORQUE_ENABLE]:
             self._memory[sts.TORQUE_ENABLE] = 0
-            self._motor.let_go()
+            self._motor.release()
 
     def power_on(self) -> None:
         """Restart with torque disabled and the goal at the present position."""
         self._refresh()
         self._memory[sts.TORQUE_ENABLE] = 0
         self._memory[sts.GOAL_POSITION] = self._memory[sts.PRESENT_POSITION]
-        self._motor.let_go()
+        self._motor.release()
 
     def obey(self, instruction: int, params: bytes) -> bytes:
         """Execute an instruction; return its status packet, or nothing for an unknown instruction."""
@@ -83,7 +83,7 @@ class Servo:
         if self._memory[sts.TORQUE_ENABLE]:
             self._drive()
         elif held:
-            self._motor.let_go()
+            self._motor.release()
         return self._error
 
     @property

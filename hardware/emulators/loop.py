@@ -41,7 +41,7 @@ class Loop:
         for name, served in self._served.items():
             served.trouble.clear()
             if self._first_request_s is not None:
-                served.trouble.update(faults.now(self._schedule, name, t_s - self._first_request_s))
+                served.trouble.update(faults.active_kinds(self._schedule, name, t_s - self._first_request_s))
             served.tick(t_s, time.monotonic())
         self.realtime.tick()
 

@@ -54,7 +54,7 @@ class Motor:
         """Move to an encoder count."""
         self._joints.steer(self._joint, (count % COUNTS - MIDDLE) * STEP)
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Switch the current off."""
         self._joints.steer(self._joint, float(self._joints.angles()[self._joint]))
 

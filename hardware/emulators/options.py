@@ -94,4 +94,4 @@ def _checked(values: Mapping[str, Any]) -> EmulatorOptions:
     try:
         return EmulatorOptions(**values)
     except BadInput as error:
-        raise BadInput(str(error).replace("Choice.", "", 1)) from None
+        raise BadInput(str(error).replace("EmulatorOptions.", "", 1)) from None

@@ -14,7 +14,7 @@ SERVO_RAD_S, SERVO_DAMPING = 40.0, 1.0  # natural frequency and damping ratio of
 SERVO_ERROR = 0.005  # the joint's dry friction may leave: assumptions
 
 
-def compiled(arm: Arm) -> tuple[mujoco.MjModel, str]:
+def compile_model(arm: Arm) -> tuple[mujoco.MjModel, str]:
     """Compile the model; return it and its XML for the log. Raises BadInput with MuJoCo's message for a file that cannot be simulated."""
     try:
         spec = mujoco.MjSpec.from_file(str(arm.path))

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from hardware.simulation.encoders import Encoders
-from hardware.simulation.physics import compiled, nose_site, servo_of
+from hardware.simulation.physics import compile_model, nose_site, servo_of
 from oio.core.errors import BadInput, OioError
 from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, Truth, nanoseconds, seconds
@@ -47,7 +47,7 @@ class Plant:
 
     def __init__(self, spec: PlantSpec, warned: list[str]) -> None:
         self._spec, self._warned, self._ticks = spec, warned, 0
-        self._model, self.mjcf = compiled(spec.arm)
+        self._model, self.mjcf = compile_model(spec.arm)
         self._data = mujoco.MjData(self._model)
         self.tick_ns, self._substeps = nanoseconds(spec.period_s), _substeps(spec.period_s, self._model.opt.timestep)
         truth, arm = spec.seeds, spec.arm

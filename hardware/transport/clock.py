@@ -26,7 +26,7 @@ class Clock:
         return int((time.monotonic_ns() - self._start_ns) * self._speed)
 
     @property
-    def slept_s(self) -> float:
+    def suspended_s(self) -> float:
         """Time the host was suspended since the world opened [s]; `now_ns` does not advance during it."""
         return (suspended_ns() - self._suspended_at_start_ns) / SECOND_NS
 
@@ -61,7 +61,7 @@ class DeviceClock:
         self._wraps, self._last_ms = 0, -1
         self.skew, self._offset_s = 0.0, 0.0
 
-    def stamped(self, device_ms: int, arrived_ns: int) -> int:
+    def to_world_ns(self, device_ms: int, arrived_ns: int) -> int:
         """Convert a frame's device time stamp [ms] to world time [ns]: later than the previous one, not later than its arrival."""
         if self._last_ms - device_ms > WRAP_MS // 2:
             self._wraps += 1

@@ -21,7 +21,7 @@ class Framer(Protocol[F_co]):
         """Return the complete frames that passed their checksum."""
         ...
 
-    def quiet(self) -> Sequence[F_co]:
+    def flush(self) -> Sequence[F_co]:
         """Flush after the line has fallen silent: return frames held back behind a false head of a longer one."""
         ...
 
@@ -47,7 +47,7 @@ def _request(wire: Wire, question: bytes, framer: Framer[F], fits: Callable[[F],
         for frame in framer.feed(wire.read(left_s)):
             if fits(frame):
                 return frame
-    for frame in framer.quiet():
+    for frame in framer.flush():
         if fits(frame):
             return frame
     raise NoAnswer("no answer")

@@ -68,8 +68,8 @@ class Hover:
         estimated_q = commanded - offset
         for _ in range(200):
             direction, distance_m = context.rng.standard_normal(3), context.rng.choice(self.distances_m)
-            pose = self.arm.reach(self.place + distance_m * direction / np.linalg.norm(direction), estimated_q)
-            if pose is None or not self.arm.inside(pose + offset) or not self.arm.free(commanded, pose + offset):
+            pose = self.arm.solve_ik(self.place + distance_m * direction / np.linalg.norm(direction), estimated_q)
+            if pose is None or not self.arm.is_allowed(pose + offset) or not self.arm.path_is_free(commanded, pose + offset):
                 continue
             if self.arm.clearance_m(estimated_q, pose, self.place) >= min(self.approach_m, 0.9 * distance_m):
                 return pose + offset

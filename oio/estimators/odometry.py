@@ -56,7 +56,7 @@ class Odometry:
         `made` is the result of this very fit if it is known, as it is when the log of a search is scored again.
         """
         assert self._fed is not None
-        self.hypotheses = made or self._map.locate(self.trace.frozen(), self.prior, self.hypotheses)
+        self.hypotheses = made or self._map.locate(self.trace.as_arrays(), self.prior, self.hypotheses)
         begin = self._estimator.begin if isinstance(self._estimator, Initializer) else begin_from_best
         self.belief = begin(self.prior.model, self.hypotheses, self._fed.t_ns, measurements)
         self._nis.clear()

@@ -6,7 +6,7 @@ h^2 = I + (n u_p / gamma r)^2 + (w ln(r / r_ref) / gamma)^2:  I is the rarity (i
 fraction p of the time has variance mean^2 (1/p - 1)); u_p is the nose jitter, the short-term uncertainty of the nose position (backlash),
 which matters more near the source; w is the model discrepancy of a real plume from the range law per e-fold of distance.
 
-The sensor's lag smooths this: the deviation of the readings from their mean is a linear process with two states, the lagged deviation and m,
+The sensor lag smooths this: the deviation of the readings from their mean is a linear process with two states, the lagged deviation and m,
 whose exact discretisation is here. `oio.gas.whitening` makes readings independent with it.
 """
 

@@ -50,7 +50,7 @@ def reachable(arm: Arm, place: Array, approach_m: float) -> bool:
     """Whether some pose of the whole arm brings the nose within approach_m of the position, from one of six directions."""
     whole_arm = unlocked(arm)
     offsets = 0.8 * approach_m * np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, -1]], dtype=float)
-    return any(whole_arm.reach(place + offset, whole_arm.home, 0.2 * approach_m) is not None for offset in offsets)
+    return any(whole_arm.solve_ik(place + offset, whole_arm.home, 0.2 * approach_m) is not None for offset in offsets)
 
 
 def _out_of_reach(key: str, place: Array, arm: Arm, approach_m: float) -> str:

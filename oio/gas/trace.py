@@ -60,7 +60,7 @@ class Trace:
     def __len__(self) -> int:
         return len(self._readings)
 
-    def frozen(self) -> "Sniffs":
+    def as_arrays(self) -> "Sniffs":
         """Return the trace as arrays; raises NotObservable if it has fewer than two readings."""
         t = np.array(self._t)
         kept = [r for r in self._readings if seconds(r.t_ns) >= t[0]]

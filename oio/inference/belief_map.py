@@ -15,8 +15,6 @@ from oio.inference.sampling import halton
 from oio.inference.source_strength import clip_strength, mirror_start, readings_without_source, weighted_signal
 from oio.inference.trilateration import linear_source
 
-NO_SOURCE = -60.0  # ln strength that stands for no source
-
 
 @settings
 class BeliefMap:

@@ -4,8 +4,9 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas.range_law import LN_STRENGTH, SOURCE
-from oio.inference.belief_map import NO_SOURCE
 from oio.inference.forward_model import Problem
+
+NO_SOURCE = -60.0  # ln strength that stands for no source
 
 
 def clip_strength(problem: Problem, theta: Array) -> Array:

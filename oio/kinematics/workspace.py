@@ -29,7 +29,7 @@ class Workspace(SerialArm):
         """Upper limits of the unlocked joints (n,)."""
         return self.model.high[: self.dof]
 
-    def inside(self, q_rad: Array) -> bool:
+    def is_allowed(self, q_rad: Array) -> bool:
         """Whether the joints are within limits and the nose within its box."""
         return bool(self._in_box(self._rows(q_rad))[0])
 
@@ -39,14 +39,14 @@ class Workspace(SerialArm):
         boxed = np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=1)
         return np.asarray(boxed & np.all((q >= self.low_rad) & (q <= self.high_rad), axis=1))
 
-    def checked(self, q_rad: Array) -> Array:
+    def validated(self, q_rad: Array) -> Array:
         """The command itself, if it may be sent: right length, finite, within limits and box; else BadInput says what is wrong."""
         q = np.asarray(q_rad, dtype=float)
         if q.shape != (self.dof,):
             raise BadInput(f"a move of {q.shape} joint values was asked for, but dof={self.dof} takes ({self.dof},).")
         if not np.all(np.isfinite(q)):
             raise BadInput(f"a move to {q.tolist()} was asked for, but every joint needs a finite number.")
-        if not self.inside(q):
+        if not self.is_allowed(q):
             p = self.nose(q)
             raise BadInput(
                 f"a move to {np.round(q, 4).tolist()} rad (nose at {np.round(p, 3).tolist()} m) was asked for, but joints may go "
@@ -60,19 +60,19 @@ class Workspace(SerialArm):
         nose = np.linalg.norm(self.nose(q_to) - self.nose(q_from), axis=-1) / self.nose_speed_m_s
         return np.asarray(PEAK_OVER_MEAN * np.maximum(joints, nose))
 
-    def reach(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> Array | None:
+    def solve_ik(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> Array | None:
         """Joints (n,) that bring the nose within tolerance_m of p_m (3,), by damped least squares from q_from; None if it cannot."""
-        q, there = self.reach_all(np.asarray(p_m)[None, :], np.asarray(q_from)[None, :], tolerance_m)
+        q, there = self.solve_ik_all(np.asarray(p_m)[None, :], np.asarray(q_from)[None, :], tolerance_m)
         return q[0] if there[0] else None
 
-    def reach_all(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> tuple[Array, NDArray[np.bool_]]:
+    def solve_ik_all(self, p_m: Array, q_from: Array, tolerance_m: float = 0.005) -> tuple[Array, NDArray[np.bool_]]:
         """Joints (k, n) that bring the nose within tolerance_m of p_m (k, 3), each begun from its row of q_from (k, n), and whether they do
         (k,) within limits and box."""
         goals = np.ascontiguousarray(p_m, dtype=np.float64)
         q, there = solve_positions(goals, self._rows(q_from), self.low_rad, self.high_rad, tolerance_m, self.chain)
         return q, there & self._in_box(q)
 
-    def free(self, q_from: Array, q_to: Array) -> NDArray[np.bool_]:
+    def path_is_free(self, q_from: Array, q_to: Array) -> NDArray[np.bool_]:
         """Whether the nose stays in its box (...) all the way to q_to (..., n) (a straight line in joint space)."""
         p = self.nose(_line_in_joint_space(q_from, q_to, 0.0, 12)[1:])
         return np.asarray(np.all((p >= self.box_low_m) & (p <= self.box_high_m), axis=(0, -1)))

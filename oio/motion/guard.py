@@ -62,7 +62,7 @@ class Guard:
         """Start, or start again after a stop, with the arm at q_rad (n,). Raises BadInput for a pose outside limits or box."""
         q = np.array(q_rad, dtype=float)
         if not self._may_stand(q):
-            self._arm.checked(q)  # raises, with the reason
+            self._arm.validated(q)  # raises, with the reason
         self._stand(q)
         self.held = None
 
@@ -107,14 +107,14 @@ class Guard:
             return self._trajectory.command(t_s).copy()
         return self._trajectory.q.copy()
 
-    def alive(self, t_s: float, who: str) -> None:
+    def heartbeat(self, t_s: float, who: str) -> None:
         """Heartbeat of `who`, HOST or NOSE, at t_s. Raises BadInput for anything else."""
         if who not in self._quiet_s:
             raise BadInput(f"a heartbeat of '{who}' was given, but a guard expects those of {HOST} and {NOSE}.")
         if math.isfinite(t_s):
             self._heard_s[who] = t_s
 
-    def feel(self, t_s: float, load: Array, temperature: Array | None = None) -> None:
+    def report_load(self, t_s: float, load: Array, temperature: Array | None = None) -> None:
         """Load (n,) of the servos, -1 to 1, and temperature (n,) degC at t_s; NaN where unknown. Too much of either stops the arm."""
         if math.isfinite(t_s) and (overload := self._load_monitor.check(t_s, load, temperature)):
             self.stop(overload)
@@ -139,7 +139,7 @@ class Guard:
             raise BadInput(f"a move came {late_s:.2f} s after it was commanded; safety.stale_s={most_s:g} s are allowed. Command it anew.")
         if self.held is not None:
             raise OioError(f"the arm is held where it is: {self.held}. It takes no move until it begins anew; see first that it can move.")
-        return self._arm.checked(goal)
+        return self._arm.validated(goal)
 
     def _fastest_s(self, segment: Segment) -> float:
         """The shortest duration that the speed limits allow."""

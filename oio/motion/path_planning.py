@@ -124,7 +124,7 @@ def _roadmap(arm: Arm, q_from: Array, q_to: Array) -> Array:
     low, high = np.array(arm.box_low_m), np.array(arm.box_high_m)
     inset = 0.05 * (high - low)
     near = q_from + np.array([[0.25], [0.5], [0.75]]) * (q_to - q_from)
-    reached, there = arm.reach_all(np.clip(arm.nose(near), low + inset, high - inset), near)
+    reached, there = arm.solve_ik_all(np.clip(arm.nose(near), low + inset, high - inset), near)
     return np.vstack([reached[there], arm.home, arm.random_poses(np.random.default_rng(0), ROADMAP_POSES)])
 
 

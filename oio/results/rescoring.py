@@ -37,7 +37,7 @@ class Rescoring:
         self.truth: Truth | None = None
         self._dead_reckoning_errors_m: list[float] = []
 
-    def over(self, samples: Iterable[WorldSample]) -> None:
+    def run(self, samples: Iterable[WorldSample]) -> None:
         """Process all samples of the search."""
         for sample in samples:
             while self._pending_ns and sample.t_ns > self._pending_ns[0]:
@@ -67,7 +67,7 @@ class Rescoring:
                 variant.filtered = variant.odometry.source()
                 hypotheses = self._search.maps[self._search.maps_ns.index(t_ns)]
                 variant.odometry.locate(moves_done, hypotheses if variant.searched else ())
-            if variant.declared_ns is None and self._stop.holds(variant.odometry, self._search.made[:moves_done]):
+            if variant.declared_ns is None and self._stop.may_declare(variant.odometry, self._search.made[:moves_done]):
                 variant.declared_ns = t_ns
 
     def _score_nose(self, truth: Truth) -> None:

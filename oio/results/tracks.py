@@ -34,7 +34,7 @@ class _Points:
 def tracks(rerun: Rescoring, arm: Arm, samples: Iterable[WorldSample]) -> Tracks:
     """Run the variants of `rerun` over the samples of a search and record the nose trajectories at the stamps of the truth."""
     points = _Points(believed={name: [] for name in rerun.variants})
-    rerun.over(_recorded(rerun, arm, samples, points))
+    rerun.run(_recorded(rerun, arm, samples, points))
     sources = {name: variant.odometry.source() for name, variant in rerun.variants.items()}
     return Tracks(
         _positions(points.true), _positions(points.dead), {name: _positions(found) for name, found in points.believed.items()},

@@ -42,7 +42,7 @@ class GuardedWorld:
 
     def move(self, q_rad: Array) -> float:
         """Begin a smooth move to q_rad (n,); returns its duration [s]. Raises BadInput for a goal outside limits or without a path."""
-        goal = self._arm.checked(q_rad)
+        goal = self._arm.validated(q_rad)
         over_s = self.move_s(goal)
         self._log.write(Event(self.t_ns, "move", move_text(goal, over_s)))
         self._goal, self._planned = goal, None

@@ -63,7 +63,7 @@ class Bandit:
 
     def allowed(self, arm: Arm, q: Array, joints: int) -> np.ndarray:
         """Return which arms of a bandit over the first `joints` joints keep the nose in its workspace box (2 joints + 1,)."""
-        return np.array([arm.inside(self.goal(q, i)) for i in range(2 * joints + 1)])
+        return np.array([arm.is_allowed(self.goal(q, i)) for i in range(2 * joints + 1)])
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad, with the action values recomputed from all moves so far."""

@@ -58,7 +58,7 @@ class DOptimal:
         starts = np.clip(
             q_now + self.ik_start_spread_rad * rng.standard_normal((self.local_candidates, len(q_now))), view.arm.low_rad, view.arm.high_rad
         )
-        poses, reached = view.arm.reach_all(goals, starts)
+        poses, reached = view.arm.solve_ik_all(goals, starts)
         return np.asarray(poses[reached])
 
 
@@ -79,7 +79,7 @@ def path_is_clear(view: View, q: Array) -> NDArray[np.bool_]:
     """Return whether the path to q (k, n) keeps the nose in its workspace box and the stand-off distance from the believed source: (k,)."""
     q_now = view.moves[-1].q if view.moves else view.arm.home
     off = view.arm.clearance_m(q_now, q, source_hypotheses(view)[0]) >= view.standoff_m
-    return np.asarray(off & view.arm.free(q_now, q))
+    return np.asarray(off & view.arm.path_is_free(q_now, q))
 
 
 def expected_information(view: View, candidates: Array) -> Array:

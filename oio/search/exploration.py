@@ -33,7 +33,7 @@ def explore(view: View, rng: np.random.Generator) -> Array:
     poses = view.arm.random_poses(rng, TRIES)
     if posterior is not None:
         poses = np.concatenate([poses, _downwind(view, posterior, wind / wind_speed, rng)])
-    free = view.arm.free(q_now, poses)
+    free = view.arm.path_is_free(q_now, poses)
     candidates = poses[free] if np.any(free) else poses
     gain = _separation_m(view, candidates) if posterior is None else _path_hit_probability(view, q_now, candidates, wind) @ posterior
     cost_s = view.arm.duration_s(q_now, candidates) + view.dwell_s
@@ -72,9 +72,9 @@ def _source_posterior(view: View, wind_per_m: Array) -> Array:
     if not view.moves:
         return np.full(GRID_POINTS, 1.0 / GRID_POINTS)
     goals = np.array([view.arm.home, *(move.q for move in view.moves)])
-    whiffs = np.array([move.smelt is not None for move in view.moves])
+    whiffs = np.array([move.whiff_q is not None for move in view.moves])
     ln = np.sum(np.log(1.0 - (1.0 - FALSE_ALARM) * _path_hit_probability(view, goals[:-1], goals[1:], wind_per_m)[~whiffs]), axis=0)
-    whiff_q = [move.smelt for move in view.moves if move.smelt is not None]
+    whiff_q = [move.whiff_q for move in view.moves if move.whiff_q is not None]
     if whiff_q:
         ln = ln + np.sum(np.log(FALSE_ALARM + _hit_probability(view.arm.nose(np.array(whiff_q)), _source_grid(view), wind_per_m)), axis=0)
     weight = np.exp(ln - np.max(ln))
@@ -88,5 +88,5 @@ def _downwind(view: View, posterior: Array, wind_direction: Array, rng: np.rando
     q_now = view.moves[-1].q if view.moves else view.arm.home
     places = _source_grid(view)[rng.choice(GRID_POINTS, TRIES, p=posterior)]
     goals = places + DOWNWIND_M * (rng.random((TRIES, 1)) * wind_direction + 0.3 * rng.standard_normal((TRIES, 3)))
-    poses, reached = view.arm.reach_all(goals, np.broadcast_to(q_now, (TRIES, len(q_now))))
+    poses, reached = view.arm.solve_ik_all(goals, np.broadcast_to(q_now, (TRIES, len(q_now))))
     return np.asarray(poses[reached])

@@ -35,7 +35,7 @@ class MappingPolicy:
 
     def explored(self, moves: Sequence[Move]) -> bool:
         """Return whether these moves suffice for a first map."""
-        whiffs = sum(move.smelt is not None for move in moves)
+        whiffs = sum(move.whiff_q is not None for move in moves)
         return len(moves) >= self.explore_moves and (whiffs >= self.min_whiffs or len(moves) >= self.explore_max_moves)
 
     def due(self, moves: Sequence[Move], mapped: int, doubtful: bool) -> bool:

@@ -20,7 +20,7 @@ def measurement_pose(
     preferred; where there is none, one that `has_path` finds around the edges of the box. Raises NotObservable if there is no such
     pose: a measurement elsewhere would pass for one at this distance.
     """
-    for is_free in (lambda q: bool(arm.free(here, q)), has_path):
+    for is_free in (lambda q: bool(arm.path_is_free(here, q)), has_path):
         for _ in range(TRIES):
             pose = _candidate(arm, here, place_m, distance_m, rng)
             if pose is not None and is_free(pose) and arm.clearance_m(here, pose, place_m) >= min(approach_m, 0.9 * distance_m):
@@ -35,4 +35,4 @@ def _candidate(arm: Arm, here: Array, place_m: Array, distance_m: float, rng: np
     if arm.dof < 3:
         return arm.random_pose(rng)
     direction = rng.standard_normal(3)
-    return arm.reach(place_m + distance_m * direction / np.linalg.norm(direction), here)
+    return arm.solve_ik(place_m + distance_m * direction / np.linalg.norm(direction), here)

@@ -25,7 +25,7 @@ def box_diagonal_m(view: View) -> float:
 def is_allowed(view: View, q: Array) -> bool:
     """Return whether the arm may go to q (n,): joint limits and workspace box along the path, and stand-off from the believed source."""
     start = last_goal(view)
-    if not (view.arm.inside(q) and view.arm.free(start, q)):
+    if not (view.arm.is_allowed(q) and view.arm.path_is_free(start, q)):
         return False
     return view.belief is None or _clearance_m(view, q) >= view.standoff_m
 
@@ -94,6 +94,6 @@ def random_step(view: View, rng: np.random.Generator) -> Array:
         q = view.arm.random_pose(rng)
         if is_allowed(view, q):
             return q
-        if view.arm.free(start, q):
+        if view.arm.path_is_free(start, q):
             fallback.append(q)
     return fallback[0] if view.belief is None else max(fallback, key=lambda q: _clearance_m(view, q))

@@ -20,7 +20,7 @@ class StopRule:
         """Raise BadInput for a threshold out of range."""
         in_range(self, sd_m=(1e-5, 10), sniff_radius_m=(1e-3, 10), min_sniffs=(1, 1000), max_nis=(1, 1e6))
 
-    def holds(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
+    def may_declare(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
         """Return whether the source may be declared after these moves."""
         source = odometry.source()
         if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.max_nis):

@@ -16,7 +16,7 @@ class Move:
     q: Array
     bouts: float
     ppm: float
-    smelt: Array | None = None
+    whiff_q: Array | None = None
     silent: bool = False
 
 

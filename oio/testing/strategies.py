@@ -17,7 +17,7 @@ def check_strategy(strategy: Strategy, view: View) -> None:
     for seed in range(SEEDS):
         goal = strategy.propose(view, np.random.default_rng(seed))
         try:
-            view.arm.checked(goal)
+            view.arm.validated(goal)
         except BadInput as error:
             raise AssertionError(f"a strategy proposes only what the arm may do: {error}") from None
         again = strategy.propose(view, np.random.default_rng(seed))

@@ -69,7 +69,7 @@ class Lab:
         for _ in range(200 if self.arm.dof >= 3 else 0):
             direction = self.rng.standard_normal(3)
             goal = source + self.rng.uniform(0.05, 0.09) * direction / np.linalg.norm(direction)
-            q = self.arm.reach(goal, self.arm.home)
+            q = self.arm.solve_ik(goal, self.arm.home)
             if q is not None:
                 return q
         return self._off(source)

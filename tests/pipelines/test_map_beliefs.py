@@ -61,11 +61,11 @@ def test_a_pose_that_the_arm_cannot_swing_to_is_passed_over(monkeypatch):
     """Folded backwards the nose is at the front too, but on the way there it is not."""
     built = experiment(WORDS, 0)
     stage, arm, folded = built.stages["map_beliefs"], built.arm, np.array([1.783, -1.518, -1.527])
-    near = arm.reach(np.array([0.33, 0.0, 0.2]), arm.home)
+    near = arm.solve_ik(np.array([0.33, 0.0, 0.2]), arm.home)
     reached = iter([folded, None, near])
-    monkeypatch.setattr(type(arm), "reach", lambda *_: next(reached))
+    monkeypatch.setattr(type(arm), "solve_ik", lambda *_: next(reached))
     context = SimpleNamespace(world=SimpleNamespace(goal=arm.home), rng=np.random.default_rng(0))
-    assert arm.inside(folded)
+    assert arm.is_allowed(folded)
     np.testing.assert_array_equal(stage._pose(context, 0.1), near)
 
 

@@ -81,7 +81,7 @@ def test_a_search_that_smells_nothing_explores_longer_but_not_for_ever(tmp_path,
 
 def test_what_the_last_map_declares_is_declared(tmp_path, monkeypatch):
     """The rule may hold for a map of everything though it did not for the filter: live and on the log alike."""
-    monkeypatch.setattr(StopRule, "holds", lambda _, odometry, moves: len(moves) == 7 and not odometry._nis)
+    monkeypatch.setattr(StopRule, "may_declare", lambda _, odometry, moves: len(moves) == 7 and not odometry._nis)
     found, scored = searched(tmp_path, "stage.navigate.max_moves=7")
     assert found.declared and scored.calibrated.found and scored.calibrated.moves == 7
 
@@ -180,7 +180,7 @@ class Shown:
 def told(out, monkeypatch, script, *words):
     """A search that is told what it smelt and never declares: shown a belief before every move, and after which moves maps were made."""
     monkeypatch.setattr(navigate, "WhiffDetector", type("Told", (Scripted,), {"script": script}))
-    monkeypatch.setattr(StopRule, "holds", lambda *_: False)
+    monkeypatch.setattr(StopRule, "may_declare", lambda *_: False)
     shown = []
 
     def strategy_of(search):
@@ -199,7 +199,7 @@ def test_who_has_lost_the_plume_is_shown_no_belief_and_maps_again_when_it_smells
     assert believed == [False] * 4 + [True] * 4 + [False] * 2 + [True] * 2
     assert maps == [4, 10, 12]
     assert [move.silent for move in found.made] == [letter == "." for letter in "ssssss...sss"]
-    assert [move.smelt is not None for move in found.made] == [letter == "s" for letter in "ssssss...sss"]
+    assert [move.whiff_q is not None for move in found.made] == [letter == "s" for letter in "ssssss...sss"]
 
 
 def test_fewer_silent_moves_are_no_loss(tmp_path, monkeypatch):
@@ -229,5 +229,5 @@ def test_what_the_beacon_left_in_the_sensor_is_not_smelt(tmp_path, sensor):
     """A search for a source that lets out next to nothing: the signal of the beacon is there for moves, and falls."""
     quiet = (f"sensor={sensor}", "source.strength=1e-6", "stage.navigate.max_moves=6")
     found, _ = searched(tmp_path, *quiet)
-    assert not any(move.smelt is not None for move in found.made)
+    assert not any(move.whiff_q is not None for move in found.made)
     assert not found.made[0].silent and not found.declared

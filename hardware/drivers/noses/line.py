@@ -93,7 +93,7 @@ class Line:
         self._last_ms = ms
         other = self._elements[(self._elements.find(active) + 1) % len(self._elements)]
         if active in self._elements:
-            t_ns = self._device_clock.stamped(ms, arrived_ns)
+            t_ns = self._device_clock.to_world_ns(ms, arrived_ns)
             self._intake.put(t_ns, self._elements.index(active), raw, arrived_ns)
             self._intake.none_before(t_ns + nanoseconds(1e-3 * min(since_ms, self._period_ms)) - EARLY_NS)  # may be faster than set
         if other != active:

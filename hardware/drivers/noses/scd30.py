@@ -76,8 +76,8 @@ class Scd30:
     def _read(self, wire: Wire, register: int, count: int) -> tuple[int, ...]:
         time.sleep(SILENCE_S)
         question = modbus.read_request(ADDRESS, register, count)
-        reply = request(wire, question, self._replies, lambda r: isinstance(r, modbus.Refusal) or len(r.words) == count, ANSWER_S)
-        if isinstance(reply, modbus.Refusal):
+        reply = request(wire, question, self._replies, lambda r: isinstance(r, modbus.ExceptionResponse) or len(r.words) == count, ANSWER_S)
+        if isinstance(reply, modbus.ExceptionResponse):
             raise NoAnswer(f"refused with code {reply.code}")
         return reply.words
 
@@ -85,5 +85,5 @@ class Scd30:
         time.sleep(SILENCE_S)
         question = modbus.write_request(ADDRESS, register, value)
         reply = request(wire, question, self._replies, lambda r: r.function in (6, 0x86), ANSWER_S)
-        if isinstance(reply, modbus.Refusal):
+        if isinstance(reply, modbus.ExceptionResponse):
             raise NoAnswer(f"register {register:#06x} refused with code {reply.code}")

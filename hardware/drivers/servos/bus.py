@@ -24,7 +24,7 @@ class ServoState:
 
     counts: Positions
     load: Array
-    complaint: str | None
+    fault: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def ask_all(wire: Wire, question: bytes, framer: Framer[P], ids: Sequence[int], 
     while len(replies) < len(ids) and (left_s := until_s - time.monotonic()) > 0:
         _sort(framer.feed(wire.read(left_s)), ids, of, replies)
     if len(replies) < len(ids):
-        _sort(framer.quiet(), ids, of, replies)
+        _sort(framer.flush(), ids, of, replies)
     missing = [servo for servo in ids if servo not in replies]
     if missing:
         raise NoAnswer(f"servo {missing[0]} does not answer")

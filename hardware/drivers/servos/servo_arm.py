@@ -44,7 +44,7 @@ class ServoArm:
         self._ids = list(range(1, len(arm.all_names) + 1))
         self._locked = np.array(arm.home_rad[arm.dof :])
         self._lock, self._guard = threading.Lock(), Guard(self._whole, safety, port.period_s, arm.dof)
-        self._differences, self.rhythm, self._rounds, self._configured = FiniteDifferences(), Jitter(), 0, False
+        self._differences, self.jitter, self._rounds, self._configured = FiniteDifferences(), Jitter(), 0, False
         self._temperature, self._due_ns, self._lost, self._set_point_rad = np.full(len(self._ids), np.nan), 0, 0, self._whole.home
         self._voltage = np.full(len(self._ids), np.nan)
         self._fault_cycles = 0
@@ -65,7 +65,7 @@ class ServoArm:
         q = self._angles(self._bus.read_state(wire, self._ids))
         with self._lock:
             for who in (HOST, NOSE):  # the arm was away, not the host or the nose
-                self._guard.alive(self._now_s(), who)
+                self._guard.heartbeat(self._now_s(), who)
             moved = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > MOVED_BY_HAND_RAD
             if moved or not self._configured:
                 self._refuse_outside(q)
@@ -115,13 +115,13 @@ class ServoArm:
         with self._lock:
             return self._guard.move(np.concatenate([goal, self._locked]), over_s, self._now_s())
 
-    def alive(self) -> None:
+    def heartbeat(self) -> None:
         """Heartbeat of the host: it is still asking for samples."""
         with self._lock:
-            self._guard.alive(self._now_s(), HOST)
+            self._guard.heartbeat(self._now_s(), HOST)
 
     @property
-    def from_home_rad(self) -> float:
+    def distance_from_home_rad(self) -> float:
         """Largest distance of a joint's set-point from home [rad]."""
         with self._lock:
             return float(np.max(np.abs(self._guard.set_point(self._now_s()) - self._whole.home)))
@@ -132,7 +132,7 @@ class ServoArm:
             self._guard.stop(why)
 
     @property
-    def supply(self) -> str:
+    def health_summary(self) -> str:
         """Lowest supply voltage and highest temperature read so far, as text."""
         if np.all(np.isnan(self._voltage)):
             return "not asked yet"
@@ -157,15 +157,15 @@ class ServoArm:
 
     def _report(self, state: ServoState, t_ns: int, arrived_ns: int) -> None:
         self._rounds += 1
-        self.rhythm.beat(t_ns)
+        self.jitter.beat(t_ns)
         q, t_s = self._angles(state), seconds(t_ns)
         self._mailbox.put(StampedSample(self._differences.state(t_ns, q[: self._arm.dof]), arrived_ns))
-        self._fault_cycles = self._fault_cycles + 1 if state.complaint else 0
-        complaint = state.complaint if self._fault_cycles > COMPLAINTS else None
+        self._fault_cycles = self._fault_cycles + 1 if state.fault else 0
+        complaint = state.fault if self._fault_cycles > COMPLAINTS else None
         fault = self._tracking_error.check(t_s, q, self._set_point_rad) or complaint
         with self._lock:
             was_free = self._guard.held is None
-            self._guard.feel(t_s, state.load, self._temperature)
+            self._guard.report_load(t_s, state.load, self._temperature)
             if fault is not None:
                 self._guard.stop(fault)
             if was_free and self._guard.held is not None:
@@ -177,13 +177,13 @@ class ServoArm:
             health = self._bus.health(wire, self._ids[i])
             self._temperature[i], self._voltage[i] = health.temperature_degc, health.voltage
             if not health.holds:
-                self.stop(state.complaint or f"servo {self._ids[i]} has let go, as one does whose supply failed for a moment")
+                self.stop(state.fault or f"servo {self._ids[i]} has let go, as one does whose supply failed for a moment")
 
     def _send_set_point(self, wire: Wire) -> None:
         with self._lock:
             if self._mailbox.gas_ns is not None:
-                self._guard.alive(seconds(self._mailbox.gas_ns), NOSE)
-            if self._clock.slept_s > MAX_SUSPENDED_S:
+                self._guard.heartbeat(seconds(self._mailbox.gas_ns), NOSE)
+            if self._clock.suspended_s > MAX_SUSPENDED_S:
                 self._guard.stop("the computer was suspended")
             self._set_point_rad = self._guard.set_point(self._now_s()) if self._held_pose_rad is None else self._held_pose_rad
         self._bus.write_goals(wire, self._ids, self._goal_counts())
@@ -192,7 +192,7 @@ class ServoArm:
         return self._homing.counts(self._set_point_rad, self._bus.counts_per_turn)
 
     def _refuse_outside(self, q: Array) -> None:
-        if not self._whole.inside(q):
+        if not self._whole.is_allowed(q):
             degrees = ", ".join(f"{name} {math.degrees(angle):.0f}" for name, angle in zip(self._whole.all_names, q, strict=True))
             home = ", ".join(f"{math.degrees(angle):.0f}" for angle in self._whole.home_rad)
             raise OioError(

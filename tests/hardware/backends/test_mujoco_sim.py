@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from hardware.simulation.physics import compiled
+from hardware.simulation.physics import compile_model
 from oio.core.errors import BadInput, OioError
 from oio.core.records import GasSample, JointState, Truth, seconds
 from oio.core.seeds import Seeds
@@ -172,7 +172,7 @@ def test_free_play_shows_when_the_direction_turns(sim):
 
 
 def joint_names(bench):
-    model, _ = compiled(bench.arm)
+    model, _ = compile_model(bench.arm)
     return [model.joint(i).name for i in range(model.njnt)]
 
 

@@ -159,7 +159,7 @@ def test_the_words_are_those_of_the_pipeline(tmp_path: Path) -> None:
         def nose(self, q_rad: Any) -> Any:
             return np.zeros((*np.shape(q_rad)[:-1], 3))
 
-        def checked(self, q_rad: Any) -> Any:
+        def validated(self, q_rad: Any) -> Any:
             return q_rad
 
         def duration_s(self, q_from: Any, q_to: Any) -> float:

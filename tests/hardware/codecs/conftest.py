@@ -40,8 +40,8 @@ class Codec:
         return st.lists(st.sampled_from(tokens) | st.binary(max_size=6), max_size=4).map(b"".join)
 
 
-def of_reply(frame: modbus.Reply | modbus.Refusal) -> bytes:
-    if isinstance(frame, modbus.Refusal):
+def of_reply(frame: modbus.Reply | modbus.ExceptionResponse) -> bytes:
+    if isinstance(frame, modbus.ExceptionResponse):
         return modbus.refusal(SCD30, frame.function, frame.code)
     if frame.function == modbus.WRITE:
         return modbus.write_reply(SCD30, *frame.words)
@@ -71,7 +71,7 @@ def fake_line(rnd: bytes) -> bytes:
 BYTE, WORD, IDS = st.integers(0, 255), st.integers(0, 65535), st.integers(0, 252)
 READS = st.builds(modbus.Reply, st.sampled_from((3, 4)), st.lists(WORD, min_size=1, max_size=12).map(tuple))
 WRITES = st.builds(modbus.Reply, st.just(6), st.tuples(WORD, WORD))
-REFUSALS = st.builds(modbus.Refusal, st.sampled_from((3, 4, 6)), BYTE)
+REFUSALS = st.builds(modbus.ExceptionResponse, st.sampled_from((3, 4, 6)), BYTE)
 DATA = st.binary(max_size=20) | st.lists(st.sampled_from((0x7E, 0x7D, 0x11, 0x13, 0xFF, 0xFD, 0x00)), max_size=20).map(bytes)
 FIELDS = st.lists(st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="$*,"), max_size=8), min_size=1, max_size=7)
 FROM_HOST = st.builds(dynamixel.Packet, IDS | st.just(254), BYTE.filter(lambda code: code != 0x55), st.just(0), DATA)

@@ -12,7 +12,7 @@ def read(codec, *pieces):
     """All frames of a stream that has ended, and the framer."""
     framer = codec.framer()
     found = [frame for data in pieces for frame in framer.feed(data)]
-    return found + framer.quiet(), framer
+    return found + framer.flush(), framer
 
 
 def counts(framer):
@@ -111,7 +111,7 @@ def test_memory_is_bounded(codec, data):
     for chunk in data.draw(st.lists(codec.noise(), max_size=10)):
         framer.feed(chunk * 20)
         assert framer.held <= codec.longest + 1
-    framer.quiet()
+    framer.flush()
     assert framer.held == 0
 
 
@@ -132,7 +132,7 @@ def test_one_spoilt_frame_counts_once_and_costs_no_other(codec, data):
 def test_a_frame_may_begin_in_the_second_byte_of_a_false_head():
     """An address that is a function too: 03 04 02 .. reads as 03 03 04 .. when a 03 comes before it."""
     framer = modbus.Replies(3)
-    assert framer.feed(b"\x03" + modbus.read_reply(3, 4, [7])) + framer.quiet() == [modbus.Reply(4, (7,))]
+    assert framer.feed(b"\x03" + modbus.read_reply(3, 4, [7])) + framer.flush() == [modbus.Reply(4, (7,))]
 
 
 def test_false_heads_in_a_spoilt_frame_are_its_payload():
@@ -140,7 +140,7 @@ def test_false_heads_in_a_spoilt_frame_are_its_payload():
     spoilt = bytearray(sts.sync_write(42, {1: b"\xff\xff\x03\x04\x02\x38", 2: b"\xff\xff\x05\x03\x02\x38"}))
     spoilt[-1] ^= 1
     framer = sts.Packets()
-    assert framer.feed(bytes(spoilt) + sts.ping(1) + bytes(spoilt)) + framer.quiet() == [sts.Packet(1, sts.PING, b"")]
+    assert framer.feed(bytes(spoilt) + sts.ping(1) + bytes(spoilt)) + framer.flush() == [sts.Packet(1, sts.PING, b"")]
     assert (framer.good, framer.corrupt, framer.skipped) == (1, 2, 2 * len(spoilt))
 
 

@@ -17,7 +17,7 @@ def swallowed(framer, stream: bytes, rng, longest: int) -> list:
         found += framer.feed(stream[at : at + step])
         assert framer.held <= longest + 1
         at += step
-    found += framer.quiet()
+    found += framer.flush()
     assert framer.held == 0
     return found
 

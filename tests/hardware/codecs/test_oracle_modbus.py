@@ -76,7 +76,7 @@ def test_our_host_reads_an_echo_and_a_refusal_that_they_made(register, value, co
     echo = minimalmodbus._embed_payload(SCD30, "rtu", 6, register.to_bytes(2, "big") + value.to_bytes(2, "big"))
     refused = bytes((SCD30, 0x83, code))
     refused += minimalmodbus._calculate_crc(refused)
-    assert modbus.Replies(SCD30).feed(echo + refused) == [modbus.Reply(6, (register, value)), modbus.Refusal(3, code)]
+    assert modbus.Replies(SCD30).feed(echo + refused) == [modbus.Reply(6, (register, value)), modbus.ExceptionResponse(3, code)]
 
 
 @given(st.binary(max_size=300))
@@ -93,4 +93,4 @@ def test_both_refuse_every_flipped_bit(wire):
         with pytest.raises(minimalmodbus.ModbusException):
             host.read_registers(0x28, 6)
         framer = modbus.Replies(SCD30)
-        assert framer.feed(bytes(spoilt)) + framer.quiet() == []
+        assert framer.feed(bytes(spoilt)) + framer.flush() == []

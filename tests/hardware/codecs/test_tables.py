@@ -46,6 +46,6 @@ def test_the_longest_transfer_fills_a_frame():
 
 def test_a_sentence_that_the_silence_cut_short_is_counted():
     lines = Lines()
-    assert lines.feed(b"$NOSE,12") == [] and lines.quiet() == []
+    assert lines.feed(b"$NOSE,12") == [] and lines.flush() == []
     assert (lines.corrupt, lines.skipped) == (1, 8)
-    assert lines.quiet() == [] and lines.corrupt == 1
+    assert lines.flush() == [] and lines.corrupt == 1

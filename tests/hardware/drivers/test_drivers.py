@@ -198,9 +198,9 @@ both = pytest.mark.parametrize(
 def test_a_servo_that_complains_is_heard_and_not_taken_for_one_that_holds(bus_of, driver, said):
     bus, wire, trouble = servos(bus_of, driver)
     bus.torque(wire, IDS, True)
-    assert bus.read_state(wire, IDS).complaint is None
+    assert bus.read_state(wire, IDS).fault is None
     heated(wire, trouble)
-    assert re.match(said, bus.read_state(wire, IDS).complaint)
+    assert re.match(said, bus.read_state(wire, IDS).fault)
     with pytest.raises(NoAnswer, match=said):
         bus.torque(wire, IDS, True)
     bus.torque(wire, IDS, False)  # it may always let go

@@ -29,7 +29,7 @@ class Servos:
     def __init__(self, counts):
         self.counts, self.on, self.told = np.array(counts), None, []
         self.load, self.temperature, self.missing, self.stuck = np.zeros(len(counts)), 30.0, set(), False
-        self.complaint, self.deaf = None, False
+        self.fault, self.deaf = None, False
         self.good = self.corrupt = self.skipped = 0
 
     def framer(self):
@@ -45,7 +45,7 @@ class Servos:
         self.clock.sleep(0.001)
         if self.missing:
             raise NoAnswer("servo does not answer")
-        return ServoState(self.counts.copy(), self.load.copy(), self.complaint)
+        return ServoState(self.counts.copy(), self.load.copy(), self.fault)
 
     def write_goals(self, wire, ids, counts):
         if self.deaf:
@@ -69,7 +69,7 @@ class Stepped:
     """A clock that goes on only while somebody sleeps, or a bus answers."""
 
     def __init__(self):
-        self.t_ns, self.slept_s = 0, 0.0
+        self.t_ns, self.suspended_s = 0, 0.0
 
     def now_ns(self):
         return self.t_ns
@@ -106,7 +106,7 @@ def turns(driver, seconds, alive=True):
     while driver._clock.now_ns() < end_ns:
         driver._mailbox.gas_ns = driver._clock.now_ns()
         if alive:
-            driver.alive()
+            driver.heartbeat()
         driver.poll(None)
 
 
@@ -138,7 +138,7 @@ def test_a_servo_that_lets_go_by_itself_stops_the_others(made):
     driver, bus, _ = made()
     driver.configure(None)
     turns(driver, 2.0)
-    assert driver.held is None and driver.supply == "7.4 V, 30 degC"
+    assert driver.held is None and driver.health_summary == "7.4 V, 30 degC"
     bus.on = False
     turns(driver, 2.0)
     assert "has let go" in driver.held
@@ -188,7 +188,7 @@ def test_what_must_stop_an_arm_stops_it_for_good(made, broken, why):
     lasts_s = driver.move(arm.home + 0.9 * ROUND, 3.0)
     if broken == "clock":
         turns(driver, 0.5)
-        bus.clock.slept_s = 1.1
+        bus.clock.suspended_s = 1.1
     else:
         setattr(bus, broken, {"stuck": True, "load": np.ones(5), "temperature": 80.0, "complaint": "servo 2 reports overload"}[broken])
     turns(driver, lasts_s + 3.0)
@@ -244,14 +244,14 @@ def test_how_far_from_home_it_was_found(made):
     for off in (0.0, 0.2):
         driver, _, _ = made(off=off * ROUND)
         driver.configure(None)
-        assert driver.from_home_rad == pytest.approx(off, abs=2 * np.pi / 4096)
+        assert driver.distance_from_home_rad == pytest.approx(off, abs=2 * np.pi / 4096)
 
 
 def test_one_complaint_is_no_reason_to_stop(made):
     driver, bus, _ = made()
     driver.configure(None)
     for complaint in ("servo 1 reports a wrong voltage", None):
-        bus.complaint = complaint
+        bus.fault = complaint
         turns(driver, 0.1)
     assert driver.held is None
 

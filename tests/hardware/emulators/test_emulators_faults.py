@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.emulators.faults import ARM, NOSE, WIRE, Chance, Fault, kinds, now, read, spoilt
+from hardware.emulators.faults import ARM, NOSE, WIRE, Chance, Fault, active_kinds, corrupt, kinds, read
 from oio.core.errors import BadInput
 
 CHANCE = Chance(count=4, within_s=100.0, longest_s=10.0)
@@ -67,22 +67,22 @@ def test_draws_differ_and_leave_nothing_out():
 @given(st.floats(0, 100), st.floats(0.01, 10), st.floats(0, 200))
 def test_a_fault_is_active_from_its_beginning_to_its_end(at_s, for_s, t_s):
     fault = Fault("nose", "noise", at_s, for_s)
-    assert now([fault], "nose", t_s) == ({"noise"} if at_s <= t_s < at_s + for_s else set())
-    assert now([fault], "arm", t_s) == set()
+    assert active_kinds([fault], "nose", t_s) == ({"noise"} if at_s <= t_s < at_s + for_s else set())
+    assert active_kinds([fault], "arm", t_s) == set()
 
 
 @given(st.binary(min_size=1, max_size=60), st.integers(0, 1000))
 def test_what_is_left_of_a_message(data, seed):
     rng = np.random.default_rng(seed)
-    assert spoilt(data, set(), rng) == data
-    cut = spoilt(data, {"cut"}, rng)
+    assert corrupt(data, set(), rng) == data
+    cut = corrupt(data, {"cut"}, rng)
     assert data.startswith(cut) and len(cut) < len(data)
-    turned = spoilt(data, {"checksum"}, rng)
+    turned = corrupt(data, {"checksum"}, rng)
     assert len(turned) == len(data) and (int.from_bytes(turned, "big") ^ int.from_bytes(data, "big")).bit_count() == 1
-    noisy = spoilt(data, {"noise"}, rng)
+    noisy = corrupt(data, {"noise"}, rng)
     assert len(data) < len(noisy) <= len(data) + 8
     assert any(noisy[:at] + noisy[at + len(noisy) - len(data) :] == data for at in range(len(data) + 1))
-    assert isinstance(spoilt(data, {"noise", "cut", "checksum"}, rng), bytes)
+    assert isinstance(corrupt(data, {"noise", "cut", "checksum"}, rng), bytes)
 
 
 def test_every_kind_has_a_sentence_of_its_own():

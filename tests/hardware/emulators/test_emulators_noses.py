@@ -115,8 +115,8 @@ def test_registers_keep_what_they_may_and_refuse_the_rest():
     device, trouble, _ = scd30()
     assert read(device, 0x20) == (0x0342,)
     assert wrote(device, 0x25, 7) == modbus.Reply(6, (0x25, 7)) and read(device, 0x25) == (7,)
-    assert wrote(device, 0x25, 1) == modbus.Refusal(6, modbus.ILLEGAL_VALUE) and read(device, 0x25) == (7,)
-    assert wrote(device, 0x20, 1) == modbus.Refusal(6, modbus.ILLEGAL_ADDRESS)
+    assert wrote(device, 0x25, 1) == modbus.ExceptionResponse(6, modbus.ILLEGAL_VALUE) and read(device, 0x25) == (7,)
+    assert wrote(device, 0x20, 1) == modbus.ExceptionResponse(6, modbus.ILLEGAL_ADDRESS)
     assert read(device, 0x99) == modbus.ILLEGAL_ADDRESS and read(device, 0x28, 7) == modbus.ILLEGAL_ADDRESS
     trouble.add("nack")
     assert read(device, 0x20) == modbus.DEVICE_FAILURE

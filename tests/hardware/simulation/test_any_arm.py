@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hardware.simulation.physics import compiled, servo_of
+from hardware.simulation.physics import compile_model, servo_of
 from oio.core.errors import BadInput
 from oio.core.folders import ROOT
 from oio.core.records import JointState, Truth
@@ -55,9 +55,9 @@ def test_a_foreign_arm_goes_where_it_is_sent(foreign):
 
 def test_every_joint_has_a_servo_and_ours_keep_their_own(foreign, built):
     arm, _ = foreign
-    model, _ = compiled(arm)
+    model, _ = compile_model(arm)
     assert len({servo_of(model, name) for name in arm.all_names}) == len(arm.all_names)
-    ours, _ = compiled(built("arm"))
+    ours, _ = compile_model(built("arm"))
     assert ours.nu == 5 and np.allclose(ours.actuator_gainprm[:, 0], 998.22)
 
 
@@ -67,7 +67,7 @@ def test_a_mesh_that_is_not_there_stops_the_simulation_alone(foreign_models, bui
     arm = replace(built("arm"), mjcf=str(lonely), **SIX)
     assert arm.names[-1] == "j6"
     with pytest.raises(BadInput, match=r"six.xml cannot be simulated. MuJoCo says: .*link.obj"):
-        compiled(arm)
+        compile_model(arm)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -44,7 +44,7 @@ def test_a_device_clock_follows_offset_and_skew(skew, seed):
     """Jitter of 5 ms leaves less than 2 ms once a minute has passed, however fast the device's clock is."""
     ms, sent_s, arrived = frames(1200, skew=skew, seed=seed)
     clock = DeviceClock()
-    stamped = np.array([clock.stamped(int(m), int(a)) for m, a in zip(ms, arrived, strict=True)])
+    stamped = np.array([clock.to_world_ns(int(m), int(a)) for m, a in zip(ms, arrived, strict=True)])
     assert np.all(np.diff(stamped) > 0) and np.all(stamped <= arrived) and clock.jumps == 0
     late_s = stamped[600:] / SECOND_NS - sent_s[600:] - 0.002  # 2 ms of delay cannot be told from the offset
     assert np.max(np.abs(late_s)) < 0.003 and clock.skew == pytest.approx(skew, abs=2e-4)
@@ -54,7 +54,7 @@ def test_a_frame_that_a_busy_host_read_late_is_not_late():
     ms, sent_s, arrived = frames(600)
     arrived[400] += 2 * SECOND_NS
     clock = DeviceClock()
-    stamped = [clock.stamped(int(m), int(a)) for m, a in zip(ms[:401], arrived[:401], strict=True)]
+    stamped = [clock.to_world_ns(int(m), int(a)) for m, a in zip(ms[:401], arrived[:401], strict=True)]
     assert stamped[400] / SECOND_NS == pytest.approx(sent_s[400], abs=0.004) and clock.jumps == 0
 
 
@@ -64,7 +64,7 @@ def test_a_device_clock_that_jumps_begins_anew_and_never_runs_backwards(jump_ms)
     ms = ms + 60_000
     ms[450:] += jump_ms
     clock = DeviceClock()
-    stamped = np.array([clock.stamped(int(m), int(a)) for m, a in zip(ms, arrived, strict=True)])
+    stamped = np.array([clock.to_world_ns(int(m), int(a)) for m, a in zip(ms, arrived, strict=True)])
     assert clock.jumps == 1 and np.all(np.diff(stamped) > 0) and np.all(stamped <= arrived)
     assert np.max(np.abs(stamped[700:] / SECOND_NS - sent_s[700:])) < 0.01 < JUMP_S
 
@@ -72,7 +72,7 @@ def test_a_device_clock_that_jumps_begins_anew_and_never_runs_backwards(jump_ms)
 def test_milliseconds_wrap_after_seven_weeks():
     ms, sent_s, arrived = frames(200)
     clock = DeviceClock()
-    stamped = np.array([clock.stamped(int(m + WRAP_MS - 10_000) % WRAP_MS, int(a)) for m, a in zip(ms, arrived, strict=True)])
+    stamped = np.array([clock.to_world_ns(int(m + WRAP_MS - 10_000) % WRAP_MS, int(a)) for m, a in zip(ms, arrived, strict=True)])
     assert clock.jumps == 0 and np.max(np.abs(stamped / SECOND_NS - sent_s)) < 0.03
 
 
@@ -81,7 +81,7 @@ def test_whatever_a_device_says_time_goes_on(said):
     clock, arrived, last = DeviceClock(), 0, -1
     for ms, more in said:
         arrived += more
-        stamped = clock.stamped(ms, arrived)
+        stamped = clock.to_world_ns(ms, arrived)
         assert stamped > last
         last = stamped
 
@@ -238,13 +238,13 @@ def test_a_late_answer_to_what_is_asked_again_will_do(pty):
 def test_a_clock_says_how_long_the_host_was_suspended(monkeypatch):
     monkeypatch.setattr("hardware.transport.clock.suspended_ns", lambda: 7 * SECOND_NS)
     clock = Clock(4.0)
-    assert clock.slept_s == 0.0
+    assert clock.suspended_s == 0.0
     monkeypatch.setattr("hardware.transport.clock.suspended_ns", lambda: 10 * SECOND_NS)
-    assert clock.slept_s == 3.0
+    assert clock.suspended_s == 3.0
 
 
 def test_this_host_tells_how_long_it_was_suspended():
-    assert suspended_ns() > -SECOND_NS // 1000 and abs(Clock(1.0).slept_s) < 0.1  # two clocks, read one after the other
+    assert suspended_ns() > -SECOND_NS // 1000 and abs(Clock(1.0).suspended_s) < 0.1  # two clocks, read one after the other
 
 
 # ---- devices

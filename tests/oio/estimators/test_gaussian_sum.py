@@ -108,7 +108,7 @@ def test_odometry_lets_a_filter_begin_itself(lab, monkeypatch):
             keep_chi2=7.8,
         )
         odometry = Odometry(estimator, known, places)
-        monkeypatch.setattr(type(odometry.trace), "frozen", lambda _: None)
+        monkeypatch.setattr(type(odometry.trace), "as_arrays", lambda _: None)
         odometry.joints(joints)
         odometry.locate(5)
         begun[name] = odometry.belief

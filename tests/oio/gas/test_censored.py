@@ -140,7 +140,7 @@ def test_a_trace_carries_the_flag(lab):
     for i in range(6):
         trace.add(JointState(i * 10**8, np.zeros(3), np.zeros(3), np.zeros(3)))
         trace.add(GasReading(i * 10**8, 0, 1.0, 0.1, i % 2 == 1))
-    sniffs = trace.frozen()
+    sniffs = trace.as_arrays()
     np.testing.assert_array_equal(sniffs.censored, [False, True] * 3)
     np.testing.assert_array_equal(sniffs.between(0.1, 0.3).censored, [True, False, True])
     np.testing.assert_array_equal(sniffs.without(0.1, 0.1).censored, [False, False, True, False, True])

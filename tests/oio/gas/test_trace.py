@@ -33,7 +33,7 @@ def test_joints_that_stand_are_kept_ten_times_more_seldom():
         trace.add(JointState(nanoseconds(0.02 * i), [1.0], [0.0], [0.0]))
         if i in (0, 150):
             trace.add(reading(0.02 * i))
-    np.testing.assert_allclose(trace.frozen().t_s, [0.0, 1.0, 2.0, 3.0])
+    np.testing.assert_allclose(trace.as_arrays().t_s, [0.0, 1.0, 2.0, 3.0])
 
 
 def test_joints_are_thinned_and_every_reading_is_kept():
@@ -42,23 +42,23 @@ def test_joints_are_thinned_and_every_reading_is_kept():
         trace.add(joints(0.02 * i))
         if i in (0, 100):
             trace.add(reading(0.02 * i))
-    np.testing.assert_allclose(trace.frozen().t_s, 0.1 * np.arange(21))
+    np.testing.assert_allclose(trace.as_arrays().t_s, 0.1 * np.arange(21))
     assert len(filled(ticks=100, every=7)) == 14
 
 
 def test_the_path_begins_at_the_first_reading():
-    sniffs = filled(every=7).frozen()
+    sniffs = filled(every=7).as_arrays()
     assert sniffs.t_s[0] == sniffs.reading_t_s[0] == 0.12 and sniffs.at[0] == 0
 
 
 def test_one_reading_is_no_trace():
     with pytest.raises(NotObservable, match="fewer than two readings"):
-        filled(ticks=10, every=7).frozen()
+        filled(ticks=10, every=7).as_arrays()
 
 
 @given(st.integers(1, 40), st.floats(0.02, 1.0))
 def test_every_reading_has_the_joints_of_its_time(every, period_s):
-    sniffs = filled(period_s, 1000, 120, every).frozen()
+    sniffs = filled(period_s, 1000, 120, every).as_arrays()
     np.testing.assert_allclose(sniffs.t_s[sniffs.at], sniffs.reading_t_s)
     np.testing.assert_allclose(sniffs.q[sniffs.at, 0], sniffs.reading_t_s)
     np.testing.assert_allclose(sniffs.ppm, 100.0 + sniffs.reading_t_s)
@@ -72,19 +72,19 @@ def test_a_reading_before_the_first_joints_is_dropped():
     trace.add(reading(0.02))
     trace.add(joints(0.04))
     trace.add(reading(0.04))
-    assert len(trace) == 2 and trace.frozen().at.tolist() == [0, 1]
+    assert len(trace) == 2 and trace.as_arrays().at.tolist() == [0, 1]
 
 
 def test_the_oldest_go_first():
     trace = filled(period_s=0.02, limit=100, ticks=1000, every=2)
-    sniffs = trace.frozen()
+    sniffs = trace.as_arrays()
     assert len(sniffs.t_s) <= 100 and len(trace) <= 100
     np.testing.assert_allclose([sniffs.t_s[-1], sniffs.reading_t_s[-1]], 0.02 * 999)
     np.testing.assert_allclose(sniffs.t_s[sniffs.at], sniffs.reading_t_s)
 
 
 def test_between_and_without_part_the_readings():
-    sniffs = filled().frozen()
+    sniffs = filled().as_arrays()
     inner, outer = sniffs.between(0.5, 1.2), sniffs.without(0.5, 1.2)
     assert len(inner.ppm) > 2 and len(inner.ppm) + len(outer.ppm) == len(sniffs.ppm)
     assert inner.t_s[0] == inner.reading_t_s[0] and inner.t_s[-1] <= 1.2
@@ -100,4 +100,4 @@ def test_between_and_without_part_the_readings():
 @pytest.mark.parametrize("span", [(0.5, 0.5), (1.2, 0.5), (50.0, np.inf)])
 def test_a_span_without_readings_is_refused_in_words(span):
     with pytest.raises(NotObservable, match=rf"no reading from {span[0]:.3f} to {span[1]:.3f} s; sniff longer"):
-        filled().frozen().between(*span)
+        filled().as_arrays().between(*span)

@@ -107,7 +107,7 @@ def test_an_odometry_that_knows_the_delay_has_the_trace_of_a_prompt_bench(lab, b
             odometry.joints(JointState(nanoseconds(t_s), q, 0 * q, 0 * q))
             if r is not None:
                 odometry.reading(GasReading(nanoseconds(t_s), 0, float(sniffs.ppm[r]), float(sniffs.sigma_ppm[r])))
-    a, b = prompt.trace.frozen(), same.trace.frozen()
+    a, b = prompt.trace.as_arrays(), same.trace.as_arrays()
     n = len(b.at)
     assert len(a.at) - n <= 1
     np.testing.assert_array_equal(a.ppm[:n], b.ppm)

@@ -102,16 +102,16 @@ def test_a_wrong_arm_is_refused(built, changes, said):
 )
 def test_a_wrong_move_is_refused(built, q, said):
     with pytest.raises(BadInput, match=said):
-        built("arm").checked(np.array(q))
+        built("arm").validated(np.array(q))
 
 
 @pytest.mark.parametrize("dof", DOFS)
 def test_home_and_random_poses_are_inside(built, dof):
     arm, rng = built("arm", f"dof={dof}"), np.random.default_rng(1)
-    assert arm.inside(arm.home)
-    np.testing.assert_array_equal(arm.checked(arm.home), arm.home)
+    assert arm.is_allowed(arm.home)
+    np.testing.assert_array_equal(arm.validated(arm.home), arm.home)
     for _ in range(20):
-        p = arm.nose(arm.checked(arm.random_pose(rng)))
+        p = arm.nose(arm.validated(arm.random_pose(rng)))
         assert np.all(p >= arm.box_low_m) and np.all(p <= arm.box_high_m)
 
 
@@ -152,12 +152,12 @@ def test_reach_brings_the_nose_there_or_says_no(built):
     reached = 0
     for _ in range(20):
         goal = arm.nose(arm.random_pose(rng))
-        q = arm.reach(goal, arm.home)
+        q = arm.solve_ik(goal, arm.home)
         if q is not None:
             reached += 1
-            assert arm.inside(q) and np.linalg.norm(arm.nose(q) - goal) < 0.005
+            assert arm.is_allowed(q) and np.linalg.norm(arm.nose(q) - goal) < 0.005
     assert reached >= 15
-    assert arm.reach(np.array([2.0, 0.0, 0.3]), arm.home) is None
+    assert arm.solve_ik(np.array([2.0, 0.0, 0.3]), arm.home) is None
 
 
 @pytest.mark.parametrize("dof", [3, 5])
@@ -168,16 +168,16 @@ def test_places_reached_together_are_those_reached_one_by_one(built, dof):
     goals = np.vstack([near, [[2.0, 0.0, 0.3], [0.0, 0.0, -1.0]], arm.nose(arm.random_pose(rng))[None]])
     begin = np.array([arm.random_pose(rng) for _ in goals])
     before = begin.copy()
-    q, there = arm.reach_all(goals, begin)
+    q, there = arm.solve_ik_all(goals, begin)
     assert q.shape == (15, dof) and there.shape == (15,) and there.dtype == np.bool_
     assert not there[12] and not there[13] and np.count_nonzero(there) >= 8
     np.testing.assert_array_equal(begin, before)
     for i, goal in enumerate(goals):
-        alone = arm.reach(goal, begin[i])
+        alone = arm.solve_ik(goal, begin[i])
         assert (alone is not None) == there[i]
         if alone is not None:
             np.testing.assert_array_equal(alone, q[i])
-            assert arm.inside(q[i]) and np.linalg.norm(arm.nose(q[i]) - goal) < 0.005
+            assert arm.is_allowed(q[i]) and np.linalg.norm(arm.nose(q[i]) - goal) < 0.005
     assert np.all((q >= arm.low_rad) & (q <= arm.high_rad))
 
 
@@ -187,14 +187,14 @@ def test_a_place_outside_the_box_is_not_reached(built):
     goals = np.array([arm.nose(arm.random_pose(rng)) for _ in range(20)])
     begin = np.tile(arm.home, (20, 1))
     lower = replace(arm, box_high_m=(*arm.box_high_m[:2], float(np.median(goals[:, 2]))))
-    (q, there), (_, low) = arm.reach_all(goals, begin), lower.reach_all(goals, begin)
+    (q, there), (_, low) = arm.solve_ik_all(goals, begin), lower.solve_ik_all(goals, begin)
     np.testing.assert_array_equal(low, there & (arm.nose(q)[:, 2] <= lower.box_high_m[2]))
     assert 0 < np.count_nonzero(low) < np.count_nonzero(there)
 
 
 def test_no_place_is_reached_at_once(built):
     arm = built("arm")
-    q, there = arm.reach_all(np.zeros((0, 3)), np.zeros((0, 5)))
+    q, there = arm.solve_ik_all(np.zeros((0, 3)), np.zeros((0, 5)))
     assert q.shape == (0, 5) and there.shape == (0,)
 
 
@@ -203,10 +203,10 @@ def test_many_ways_are_judged_as_each_alone(built):
     arm, rng = built("arm"), np.random.default_rng(7)
     here, p = arm.home, np.array([0.3, 0.1, 0.2])
     goals = rng.uniform(arm.low_rad, arm.high_rad, (4, 6, 5))
-    free, clear, lasts = arm.free(here, goals), arm.clearance_m(here, goals, p), arm.duration_s(here, goals)
+    free, clear, lasts = arm.path_is_free(here, goals), arm.clearance_m(here, goals, p), arm.duration_s(here, goals)
     assert free.shape == clear.shape == lasts.shape == (4, 6) and 0 < np.count_nonzero(free) < 24
     for i in np.ndindex(4, 6):
-        assert free[i] == arm.free(here, goals[i])
+        assert free[i] == arm.path_is_free(here, goals[i])
         assert clear[i] == pytest.approx(float(arm.clearance_m(here, goals[i], p)), rel=1e-12)
         assert lasts[i] == pytest.approx(float(arm.duration_s(here, goals[i])), rel=1e-12)
 

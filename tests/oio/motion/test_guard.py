@@ -44,14 +44,14 @@ def pairs(arm, seed, count, free=True):
     found = []
     while len(found) < count:
         a, b = arm.random_poses(rng, 2)
-        if bool(arm.free(a, b)) is free:
+        if bool(arm.path_is_free(a, b)) is free:
             found.append((a, b))
     return found
 
 
 def heard(guard, t_s):
-    guard.alive(t_s, HOST)
-    guard.alive(t_s, NOSE)
+    guard.heartbeat(t_s, HOST)
+    guard.heartbeat(t_s, NOSE)
     return guard.set_point(t_s)
 
 
@@ -93,8 +93,8 @@ class Caller:
     def ticks(self, count, hear):
         for _ in range(count):
             if hear:
-                self.guard.alive(self.t_s, HOST)
-                self.guard.alive(self.t_s, NOSE)
+                self.guard.heartbeat(self.t_s, HOST)
+                self.guard.heartbeat(self.t_s, NOSE)
             self.tick(TICK_S)
 
     def move(self, goal, over_s, age_s):
@@ -107,7 +107,7 @@ class Caller:
             assert isinstance(error, BadInput) or held is not None
         else:
             assert held is None and lasts_s >= over_s * (1.0 - 1e-12)
-            assert self.arm.inside(np.array(goal))
+            assert self.arm.is_allowed(np.array(goal))
 
     def go(self, over_s, age_s):
         self.move(self.arm.random_pose(self.rng), over_s, age_s)
@@ -116,11 +116,11 @@ class Caller:
         """A small step about where it is, as often out of the box as not."""
         self.move(self.last + size * self.rng.standard_normal(self.arm.dof), over_s, 0.0)
 
-    def feel(self, load, hot):
-        self.guard.feel(self.t_s, np.resize(load, self.arm.dof), np.resize(hot, self.arm.dof))
+    def report_load(self, load, hot):
+        self.guard.report_load(self.t_s, np.resize(load, self.arm.dof), np.resize(hot, self.arm.dof))
 
-    def alive(self, who, t_s):
-        self.guard.alive(t_s, who)
+    def heartbeat(self, who, t_s):
+        self.guard.heartbeat(t_s, who)
 
     def stop(self):
         self.guard.stop("a test")
@@ -183,7 +183,7 @@ def test_what_is_allowed_goes_as_it_ever_did_to_the_bit(made, words):
         t_s = 1e-9 * (k * 20_000_000)
         if k % 100 == 0:
             here, goal = start + minimum_jerk((t_s - began_s) / over_s) * turn, arm.random_pose(rng)
-            if arm.free(here, goal):
+            if arm.path_is_free(here, goal):
                 start, turn, began_s, over_s, goals = here, goal - here, t_s, float(arm.duration_s(here, goal)) + 1.0, goals + 1
                 assert guard.move(goal, over_s, t_s) == over_s
         np.testing.assert_array_equal(heard(guard, t_s), start + minimum_jerk((t_s - began_s) / over_s) * turn)
@@ -316,7 +316,7 @@ def test_silence_is_noticed_though_the_clock_was_turned_back(made):
     stream(guard, 100.0, 99.0)
     guard.move(arm.home + SIDEWAYS, 10.0, 100.0)
     for t_s in np.arange(20.0, 20.5 + safety.quiet_s + safety.sample_s, 0.1):
-        guard.alive(t_s, HOST)
+        guard.heartbeat(t_s, HOST)
         guard.set_point(t_s)
     assert "the nose was silent" in guard.held
 
@@ -325,11 +325,11 @@ def test_silence_is_noticed_though_the_clock_was_turned_back(made):
     ("hold", "why"),
     [
         (lambda g, t: g.stop("somebody pressed the button"), "somebody pressed the button"),
-        (lambda g, t: [g.feel(t + 0.1 * i, np.array([0.0, -1.0, 0.0])) for i in range(20)], "shoulder_elevation had more than 60 %"),
-        (lambda g, t: g.feel(t, np.zeros(3), np.array([20.0, 30.0, 61.0])), "elbow_tilt is 61 degC hot, and 60 are allowed"),
-        (lambda g, t: g.feel(t, np.full(3, np.nan), np.array([np.nan, 61.0, 20.0])), "shoulder_elevation is 61 degC hot"),
-        (lambda g, t: [(g.alive(s, NOSE), g.set_point(s)) for s in np.arange(t, t + 3.0, 0.1)], r"the host was silent for 2\.[01] s"),
-        (lambda g, t: [(g.alive(s, HOST), g.set_point(s)) for s in np.arange(t, t + 3.0, 0.1)], r"the nose was silent for 2\.[12] s"),
+        (lambda g, t: [g.report_load(t + 0.1 * i, np.array([0.0, -1.0, 0.0])) for i in range(20)], "shoulder_elevation had more than 60 %"),
+        (lambda g, t: g.report_load(t, np.zeros(3), np.array([20.0, 30.0, 61.0])), "elbow_tilt is 61 degC hot, and 60 are allowed"),
+        (lambda g, t: g.report_load(t, np.full(3, np.nan), np.array([np.nan, 61.0, 20.0])), "shoulder_elevation is 61 degC hot"),
+        (lambda g, t: [(g.heartbeat(s, NOSE), g.set_point(s)) for s in np.arange(t, t + 3.0, 0.1)], r"the host was silent for 2\.[01] s"),
+        (lambda g, t: [(g.heartbeat(s, HOST), g.set_point(s)) for s in np.arange(t, t + 3.0, 0.1)], r"the nose was silent for 2\.[12] s"),
     ],
 )
 def test_once_held_it_is_held_until_it_begins_anew(made, hold, why):
@@ -356,7 +356,7 @@ def test_an_arm_at_rest_waits_for_whoever_thinks(made):
     arm, safety = made("dof=3")
     guard = stood(arm, safety)
     for t_s in np.arange(0.0, 60.0, 0.1):
-        guard.alive(t_s, NOSE)
+        guard.heartbeat(t_s, NOSE)
         guard.set_point(t_s)
     guard.move(arm.home + SIDEWAYS, 2.0, 60.0)  # a sign of life
     guard.set_point(60.0)
@@ -369,14 +369,14 @@ def test_a_stall_holds_in_the_time_told_and_the_load_of_moving_never(made):
     for load, holds_s in ((1.0, safety.load_s), (-1.0, safety.load_s), (0.8, 2.0 * safety.load_s), (safety.load, np.inf), (np.nan, np.inf)):
         guard, felt_s = stood(arm, safety), 0.0
         while guard.held is None and felt_s < 60.0:
-            guard.feel(felt_s, np.array([0.0, load, 0.0]))
+            guard.report_load(felt_s, np.array([0.0, load, 0.0]))
             felt_s += 0.01
         assert felt_s == pytest.approx(min(holds_s, 60.0), abs=0.03)
     swinging = stood(arm, safety)
     for i in range(6000):  # 0.9 for half a second, then nothing
-        swinging.feel(0.01 * i, np.full(3, 0.9 if i % 100 < 50 else 0.0), np.full(3, np.nan))
+        swinging.report_load(0.01 * i, np.full(3, 0.9 if i % 100 < 50 else 0.0), np.full(3, np.nan))
     assert swinging.held is None
-    swinging.feel(1e4, np.ones(3))  # nothing is known of the hours before
+    swinging.report_load(1e4, np.ones(3))  # nothing is known of the hours before
     assert swinging.held is None
 
 
@@ -384,9 +384,9 @@ def test_a_stall_holds_in_the_time_told_and_the_load_of_moving_never(made):
 def test_loads_and_temperatures_of_another_length_are_refused(made, wrong):
     guard = stood(*made("dof=3"))
     with pytest.raises(BadInput, match=r"loads of shape .* were felt, but 3 joints have one each"):
-        guard.feel(0.0, wrong)
+        guard.report_load(0.0, wrong)
     with pytest.raises(BadInput, match="temperatures of shape"):
-        guard.feel(0.0, np.zeros(3), wrong)
+        guard.report_load(0.0, np.zeros(3), wrong)
 
 
 def test_it_moves_only_once_it_has_begun_and_not_from_anywhere(made):
@@ -401,7 +401,7 @@ def test_it_moves_only_once_it_has_begun_and_not_from_anywhere(made):
     with pytest.raises(BadInput, match="joints may go from"):  # the nose is where it is at home
         Guard(five, limits).begin(np.array([*five.home[:4], 3.0]))
     with pytest.raises(BadInput, match="a heartbeat of 'cat' was given, but a guard expects those of host and nose"):
-        guard.alive(0.0, "cat")
+        guard.heartbeat(0.0, "cat")
 
 
 def test_what_is_handed_out_and_in_is_nobody_elses(made):

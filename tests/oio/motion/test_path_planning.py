@@ -39,7 +39,7 @@ def test_the_nose_stays_in_its_box_and_the_legs_are_joined(built, dof):
         a, b = of(arm, seed)
         way = planned_or_none(arm, a, b)
         if way is None:
-            assert not arm.free(a, b)
+            assert not arm.path_is_free(a, b)
             return
         assert box_violation_m(arm, noses(arm, way)) <= TOLERANCE_M + 5e-5
         np.testing.assert_array_equal(way[0].start, a)
@@ -90,7 +90,7 @@ def test_over_a_ceiling_that_is_too_low_the_way_goes_round(built, monkeypatch, c
     """And what was thought of coarsely is looked at closely, be it ever so coarse."""
     monkeypatch.setattr("oio.motion.path_planning.COARSE_CHECKS", coarse)
     arm = replace(built("arm", "dof=3"), box_high_m=(0.58, 0.45, 0.20))
-    round_about = [planned_or_none(arm, *of(arm, seed)) for seed in range(100) if not arm.free(*of(arm, seed))]
+    round_about = [planned_or_none(arm, *of(arm, seed)) for seed in range(100) if not arm.path_is_free(*of(arm, seed))]
     found = [way for way in round_about if way is not None]
     assert len(found) > 3 and all(len(way) in (2, 3) for way in found)
     for way in found:
@@ -131,6 +131,6 @@ def test_one_joint_has_one_path(built):
     """Its arc bows over the front of a box that both ends are in."""
     arm = replace(built("arm", "dof=1"), box_high_m=(0.32, 0.45, 0.50))
     a, b = np.array([-0.4]), np.array([0.4])
-    assert arm.inside(a) and arm.inside(b)
+    assert arm.is_allowed(a) and arm.is_allowed(b)
     with pytest.raises(BadInput, match="leaves that by 16 mm"):
         plan(arm, a, b)

@@ -105,7 +105,7 @@ def test_a_forbidden_arm_is_never_chosen():
 def test_arms_out_of_the_box_are_forbidden(lab):
     arm = lab(1).arm
     edge = arm.home
-    while arm.inside(edge + 0.12):
+    while arm.is_allowed(edge + 0.12):
         edge = edge + 0.12
     np.testing.assert_array_equal(BANDIT.allowed(arm, edge, 1), [True, True, False])
 
@@ -126,7 +126,7 @@ def test_d_optimal_keeps_off_the_believed_source(built, informed):
     source = source_hypotheses(informed)[0]
     for seed in range(10):
         goal = strategy.propose(informed, np.random.default_rng(seed))
-        assert informed.arm.inside(goal)
+        assert informed.arm.is_allowed(goal)
         assert informed.arm.clearance_m(here, goal, source) >= informed.standoff_m - 1e-9
     wide = replace(informed, standoff_m=0.12)
     assert informed.arm.clearance_m(here, strategy.propose(wide, np.random.default_rng(0)), source) >= 0.12 - 1e-9

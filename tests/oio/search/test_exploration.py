@@ -125,8 +125,8 @@ def test_it_is_the_place_of_the_smell_that_counts_not_the_end_of_the_move(lab):
 def test_what_it_proposes_can_be_reached_inside_the_box(lab, dof, angle, lift, seed, smells):
     view = walked(begun(lab, dof, towards(angle, lift)), seed, smells)
     goal = explore(view, np.random.default_rng(seed))
-    assert view.arm.inside(goal)
-    assert view.arm.free(view.moves[-1].q if view.moves else view.arm.home, goal)
+    assert view.arm.is_allowed(goal)
+    assert view.arm.path_is_free(view.moves[-1].q if view.moves else view.arm.home, goal)
     assert goal.tobytes() == explore(view, np.random.default_rng(seed)).tobytes()
 
 
@@ -135,7 +135,7 @@ def test_a_room_is_scouted_as_well(built, lab):
     view = View(arm, replace(lab(3).model, arm=arm), None, (), (), dwell_s=1.0, standoff_m=0.2, law=law(towards(0.3)))
     for seed in range(4):
         goal = explore(view, np.random.default_rng(seed))
-        assert view.arm.inside(goal)
+        assert view.arm.is_allowed(goal)
         view = replace(view, moves=(*view.moves, Move(goal, 0.0, 0.0, None, True)))
 
 

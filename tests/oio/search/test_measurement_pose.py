@@ -19,7 +19,7 @@ def test_the_nose_is_at_its_distance_and_came_no_nearer(built, distance_m):
     for seed in range(10):
         pose = measurement_pose(arm, arm.home, BEACON_M, distance_m, 0.045, never, np.random.default_rng(seed))
         assert np.linalg.norm(arm.nose(pose) - BEACON_M) == pytest.approx(distance_m, abs=0.006)
-        assert arm.inside(pose) and arm.clearance_m(arm.home, pose, BEACON_M) >= min(0.045, 0.9 * distance_m)
+        assert arm.is_allowed(pose) and arm.clearance_m(arm.home, pose, BEACON_M) >= min(0.045, 0.9 * distance_m)
 
 
 @pytest.mark.parametrize("distance_m", [0.8, 2.0])
@@ -32,7 +32,7 @@ def test_a_distance_that_is_out_of_reach_is_refused_not_faked(built, distance_m)
 
 def test_where_no_straight_path_is_free_the_planner_is_asked(built, monkeypatch):
     arm, asked = built("arm", "dof=5"), []
-    monkeypatch.setattr(type(arm), "free", lambda *_: np.bool_(False))
+    monkeypatch.setattr(type(arm), "path_is_free", lambda *_: np.bool_(False))
 
     def planned(goal):
         asked.append(goal)
@@ -46,4 +46,4 @@ def test_where_no_straight_path_is_free_the_planner_is_asked(built, monkeypatch)
 def test_an_arm_that_cannot_choose_its_distance_goes_anywhere(built, dof):
     arm = built("arm", f"dof={dof}")
     pose = measurement_pose(arm, arm.home, BEACON_M, 0.05, 0.045, never, np.random.default_rng(0))
-    assert arm.inside(pose)
+    assert arm.is_allowed(pose)

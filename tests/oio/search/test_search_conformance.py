@@ -27,7 +27,7 @@ def walked(view, moves=7):
     rng, q, made = np.random.default_rng(1), view.arm.home, []
     while len(made) < moves:
         goal = view.arm.random_pose(rng)
-        if view.arm.free(q, goal):
+        if view.arm.path_is_free(q, goal):
             bouts, ppm = float(rng.choice([0.0, 0.1, 0.5])), float(rng.choice([0.0, -0.02, 0.5, 20.0]))
             made.append(Move(goal, bouts, ppm, 0.5 * (q + goal) if bouts > 0.0 else None, ppm <= 0.0))
             q = goal
@@ -65,7 +65,7 @@ def test_the_nose_stays_in_its_box_on_the_way(built, lab, search, name, dof):
     for seed in range(5):
         for seen in (view, believing(view)):
             goal = strategy.propose(seen, np.random.default_rng(seed))
-            assert seen.arm.inside(goal) and seen.arm.free(seen.moves[-1].q, goal)
+            assert seen.arm.is_allowed(goal) and seen.arm.path_is_free(seen.moves[-1].q, goal)
 
 
 @pytest.mark.parametrize("search", OWN)
@@ -86,7 +86,7 @@ def test_where_nothing_keeps_off_the_nose_goes_as_far_as_it_can(built, lab, sear
     strategy, view = built("search", f"search={search}"), replace(believing(walked(begun(built, lab, "so101", 3))), standoff_m=5.0)
     source, here = view.belief.mean[view.model.at["s"]], view.moves[-1].q
     goal = strategy.propose(view, np.random.default_rng(0))
-    assert view.arm.free(here, goal)
+    assert view.arm.path_is_free(here, goal)
     assert np.linalg.norm(view.arm.nose(goal) - source) > np.linalg.norm(view.arm.nose(here) - source)
 
 

@@ -40,8 +40,8 @@ class Search:
         q = self.made.arm.home
         return (*[Move(q, 0.2, 7.0)] * smelt, *[Move(q, 0.0, 7.0)] * not_smelt)
 
-    def holds(self, smelt=3, rule=RULE):
-        return rule.holds(self.odometry, self.moves(smelt))
+    def may_declare(self, smelt=3, rule=RULE):
+        return rule.may_declare(self.odometry, self.moves(smelt))
 
 
 @pytest.fixture
@@ -51,19 +51,19 @@ def search(lab, built):
 
 
 def test_it_holds_when_everything_does(search):
-    assert search().holds() is True
+    assert search().may_declare() is True
 
 
 def test_before_the_first_map_there_is_nothing_to_declare(search):
     begun = search()
     begun.odometry.belief, begun.odometry.hypotheses = None, ()
-    assert begun.holds() is False
+    assert begun.may_declare() is False
 
 
 @pytest.mark.parametrize(("share", "declared"), [(LESS, True), (MORE, False)])
 def test_the_spread_is_the_root_of_the_trace(search, share, declared):
     """0.012 m in all, 0.0069 m along each axis."""
-    assert search(sd_m=share * RULE.sd_m).holds() is declared
+    assert search(sd_m=share * RULE.sd_m).may_declare() is declared
 
 
 def test_one_wide_axis_is_enough_to_go_on(search):
@@ -71,33 +71,33 @@ def test_one_wide_axis_is_enough_to_go_on(search):
     cov, s = np.array(wide.odometry.belief.cov), wide.made.model.at["s"]
     cov[s, s] = np.diag([1e-8, 1e-8, RULE.sd_m**2])
     wide.odometry.belief = replace(wide.odometry.belief, cov=cov)
-    assert wide.holds() is False
+    assert wide.may_declare() is False
 
 
 @pytest.mark.parametrize("offset_rad", [0.0, 0.1])
 @pytest.mark.parametrize(("share", "declared"), [(LESS, True), (MORE, False)])
 def test_near_is_measured_from_where_the_nose_is_believed_to_have_been(search, share, declared, offset_rad):
     """Encoders that are off by 0.1 rad are off by some centimetres: the believed offset is taken away."""
-    assert search(away_m=share * RULE.sniff_radius_m, offset_rad=offset_rad).holds() is declared
+    assert search(away_m=share * RULE.sniff_radius_m, offset_rad=offset_rad).may_declare() is declared
 
 
 @pytest.mark.parametrize(("smelt", "declared"), [(0, False), (2, False), (3, True), (4, True)])
 def test_only_sniffs_with_bouts_count(search, smelt, declared):
     """One more move was as near, without a bout."""
-    assert search().holds(smelt) is declared
+    assert search().may_declare(smelt) is declared
 
 
 def test_sniffs_from_afar_do_not_count(search):
     there = search()
     far = there.made.arm.home + np.array([1.0, 0.0, 0.0])
-    assert RULE.holds(there.odometry, (*there.moves(2), Move(far, 1.0, 7.0))) is False
+    assert RULE.may_declare(there.odometry, (*there.moves(2), Move(far, 1.0, 7.0))) is False
 
 
 @pytest.mark.parametrize(("hypotheses", "declared"), [(1, True), (2, False), (3, False)])
 def test_one_hypothesis_is_left(search, hypotheses, declared):
     left = search()
     left.odometry.hypotheses = (left.fit,) * hypotheses
-    assert left.holds() is declared
+    assert left.may_declare() is declared
 
 
 @pytest.mark.parametrize(
@@ -115,13 +115,13 @@ def test_one_hypothesis_is_left(search, hypotheses, declared):
 def test_a_surprised_filter_declares_nothing(search, nis, declared):
     surprised = search()
     surprised.told(nis)
-    assert surprised.holds() is declared
+    assert surprised.may_declare() is declared
 
 
 @pytest.mark.parametrize("change", [{"sd_m": 0.006 * LESS}, {"sniff_radius_m": 0.05 * LESS}, {"min_sniffs": 4}, {"max_nis": 1.0}])
 def test_every_condition_alone_can_forbid(search, change):
     """What is declared by the rule is not by one that is a little stricter anywhere (NIS may be 1 at least)."""
-    assert search().holds(rule=replace(RULE, **change)) is False
+    assert search().may_declare(rule=replace(RULE, **change)) is False
 
 
 @pytest.mark.parametrize(
