@@ -16,9 +16,7 @@ def key_values(arguments: Sequence[str], keys: Mapping[str, str], command: str) 
         if not equals:
             plain.append(argument)
         elif key not in keys:
-            raise BadInput(
-                f"{argument} was given, but `{command}` knows {', '.join(keys)}. Type e.g. {next(iter(keys))}=VALUE, or --help."
-            )
+            raise BadInput(f"{argument} was given, but `{command}` knows {', '.join(keys)}. Type e.g. {next(iter(keys))}=VALUE, or --help.")
         else:
             values[key] = value
     return values, plain

@@ -22,8 +22,8 @@ from hardware.drivers.noses.scd30 import Scd30
 from hardware.drivers.noses.scd41 import Scd41
 from hardware.drivers.servos.port import BUSES
 from hardware.transport.clock import Clock
-from hardware.transport.device import Driver
 from hardware.transport.discovery import port_name
+from hardware.transport.driver import Driver
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import NoAnswer, Unplugged, open_port
 from oio.core import interrupt

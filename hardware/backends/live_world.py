@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from hardware.backends.link_account import LinkAccount
 from hardware.drivers.servos.fixed_mount import FixedMount
 from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.drivers.valves.port import SOURCES, Valve
@@ -16,7 +17,7 @@ from hardware.transport.device import Device
 from hardware.transport.mailbox import Mailbox, StampedSample
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
-from oio.core.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds, seconds
+from oio.core.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds
 from oio.kinematics.arm import Arm
 
 A = TypeVar("A")
@@ -24,7 +25,6 @@ Place = tuple[float, float, float] | None
 SLACK_NS = nanoseconds(0.02)  # a caller within this tolerance counts as in time
 LOOK_S = 0.05  # longest wait between two checks
 ACCOUNT_NS = nanoseconds(1.0)  # period of the account
-KEPT = 10_000  # number of latencies kept, from the last byte to the belief
 
 
 class LiveDevices(NamedTuple):
@@ -44,10 +44,8 @@ class LiveWorld:
     ) -> None:  # fmt: skip
         self._clock, self._mailbox, self._kinematics, self._places_m, self._hold_s = clock, mailbox, arm, places_m, hold_s
         self._nose, self._arm, self._mover, self._valve = devices.nose, devices.arm, devices.mover, devices.valve
-        self._t_ns, self._open_source, self._late, self._last_account_ns = 0, "none", 0, 0
-        self._delivered = {"gas": 0, "joints": 0}
-        self._delivered_homing = dict(self._delivered)
-        self._delays_s = deque[float](maxlen=KEPT)  # latencies since a source was opened
+        self._t_ns, self._open_source, self._last_account_ns = 0, "none", 0
+        self.account = LinkAccount([d for d in (devices.nose, devices.arm) if d is not None], devices.mover, mailbox)
 
     @property
     def t_ns(self) -> int:
@@ -60,7 +58,7 @@ class LiveWorld:
         for sample in self.samples(self._mover.move(arm.home, at_least_s)):
             interrupt.check()
             del sample
-        self._delivered_homing, self._delivered = self._delivered, {"gas": 0, "joints": 0}
+        self.account.homed()
 
     def move(self, q_rad: Array, over_s: float) -> float:
         """Start a smooth move to q_rad (n,) once the arm is connected; return its duration [s]. Raises what the guard refuses."""
@@ -78,7 +76,7 @@ class LiveWorld:
             raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(SOURCES)}.")
         self._valve.present(source, self._check_devices)  # an operator may take minutes, in which the arm may be held
         self._open_source = source
-        self._delays_s.clear()
+        self.account.source_opened()
         time.sleep(self._clock.host_s(self._hold_s))
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
@@ -90,13 +88,13 @@ class LiveWorld:
         while (arrived := (yield from self._with_last_account(lambda: self._next(until_ns)))) is not None:
             sample = arrived.sample
             if sample.t_ns < self._t_ns:
-                self._late += 1
+                self.account.late()
                 sample = replace(sample, t_ns=self._t_ns)
             self._t_ns = sample.t_ns
-            self._delivered["gas" if isinstance(sample, GasSample) else "joints"] += 1
+            self.account.delivered(sample)
             yield sample
             if isinstance(sample, GasSample):
-                self._delays_s.append(self._clock.host_s(1e-9 * (self._clock.now_ns() - arrived.at_ns)))
+                self.account.latency(self._clock.host_s(1e-9 * (self._clock.now_ns() - arrived.at_ns)))
         self._t_ns = max(self._t_ns, until_ns)
         yield from self._events()
 
@@ -105,7 +103,7 @@ class LiveWorld:
         try:
             return action()
         except OioError:
-            yield Event(self._t_ns, "link", self.account())
+            yield Event(self._t_ns, "link", str(self.account))
             raise
 
     def _next(self, until_ns: int) -> StampedSample | None:
@@ -162,23 +160,4 @@ class LiveWorld:
             yield Event(self._t_ns, "gap", text)
         if self._t_ns - self._last_account_ns >= ACCOUNT_NS:
             self._last_account_ns = self._t_ns
-            yield Event(self._t_ns, "link", self.account())
-
-    def account(self) -> str:
-        """Link statistics as text: all frames and samples so far, joint period jitter, latency from a sniff's last byte to the belief."""
-        parts = [_device_account(device) for device in (self._nose, self._arm) if device is not None]
-        if isinstance(self._mover, ServoArm):
-            parts.append(f"joints {self._mover.jitter}, {self._mover.health_summary}")
-        delivered, homing, waiting = self._delivered, self._delivered_homing, (len(self._mailbox.gas), len(self._mailbox.joints))
-        parts.append(f"taken {delivered['gas']} gas {delivered['joints']} joints, waiting {waiting[0]} and {waiting[1]}")
-        parts.append(f"on the first way home {homing['gas']} and {homing['joints']}")
-        parts.append(f"late {self._late}, overflown {self._mailbox.lost}")
-        if self._delays_s:
-            ms = 1e3 * np.quantile(np.array(self._delays_s), (0.5, 0.95))
-            parts.append(f"last byte to belief {ms[0]:.2f} ms median, {ms[1]:.2f} ms 95 %")
-        return "; ".join(parts)
-
-
-def _device_account(device: Device) -> str:
-    counts = ", ".join(f"{key} {value}" for key, value in sorted(device.driver.counts().items()))
-    return f"{device.driver.key} {device.driver.name}: {counts}, opened anew {device.reconnects}, away {seconds(device.away_ns):.1f} s"
+            yield Event(self._t_ns, "link", str(self.account))

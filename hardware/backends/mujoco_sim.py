@@ -10,7 +10,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from hardware.simulation.plant import Plant, PlantSpec
+from hardware.simulation.plant import Plant
+from hardware.simulation.plant_spec import PlantSpec
 from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, GasSample, JointState, WorldSample, nanoseconds, seconds
 from oio.core.seeds import Seeds

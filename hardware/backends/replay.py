@@ -1,17 +1,16 @@
 """World of a replayed log: the same stages get the same samples, bit for bit and in the same groups."""
 
 import contextlib
-from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
+from hardware.backends.replay_tape import ReplayTape
 from oio.core.errors import BadInput, WorldEnded
-from oio.core.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds, seconds
+from oio.core.records import Array, Event, WorldSample, nanoseconds, seconds
 from oio.core.settings import settings
 from oio.log import read_end, read_metadata, read_samples
 from oio.runtime.guarded_world import move_text
 
-_COMMANDS = ("move", "present")
 _SOURCES = ("none", "beacon", "source")
 
 
@@ -40,7 +39,7 @@ class ReplayedWorld:
     """Live world of a log. A span of samples ends where it ended in the log, if the same span is requested; else by its length."""
 
     def __init__(self, name: str, records: Iterator[WorldSample], end_ns: int) -> None:
-        self._name, self._log, self._end_ns = name, _LogReader(records), end_ns
+        self._name, self._log, self._end_ns = name, ReplayTape(records), end_ns
         self._t_ns, self._last_ns, self._gap_ns = 0, 0, 1
         self._pending: list[Event] = []
         self.differing = 0  # number of commands that differ from those of the log
@@ -114,49 +113,3 @@ class ReplayedWorld:
     def _pop_pending(self) -> Iterator[Event]:
         while self._pending:
             yield self._pending.pop(0)
-
-
-class _LogReader:
-    """Log reader with one record of look-ahead: `head` is the next sample or span mark, `commands` are the commands before it."""
-
-    def __init__(self, records: Iterator[WorldSample]) -> None:
-        self._records = records
-        self.commands: deque[Event] = deque()
-        self.head: WorldSample | None = None
-        self._advance()
-
-    def _advance(self) -> None:
-        for record in self._records:
-            if isinstance(record, Event) and record.kind in _COMMANDS:
-                self.commands.append(record)
-            elif isinstance(record, JointState | GasSample | Truth) or record.kind == "span":  # the new run makes other events itself
-                self.head = record
-                return
-        self.head = None
-
-    def begins_span(self, for_s: float) -> bool:
-        """Whether a span of this length begins here in the log; its mark is then skipped."""
-        is_span = isinstance(self.head, Event) and float(self.head.text) == for_s
-        if is_span:
-            self._advance()
-        return is_span
-
-    def has_more(self, until_ns: int | None) -> bool:
-        """Whether a sample comes before the next mark or, if a time is given, until then; marks before it are skipped."""
-        while until_ns is not None and isinstance(self.head, Event) and self.head.t_ns < until_ns:
-            self._advance()
-        if self.head is None or isinstance(self.head, Event):
-            return False
-        return until_ns is None or self.head.t_ns <= until_ns
-
-    def take(self) -> WorldSample:
-        """Return the next sample."""
-        assert self.head is not None
-        sample = self.head
-        self._advance()
-        return sample
-
-    def next_ns(self, end_ns: int) -> int:
-        """Time at which the run continued after the last span: that of its next command or span, or the end."""
-        after = self.commands[0] if self.commands else self.head
-        return end_ns if after is None else after.t_ns

@@ -12,7 +12,8 @@ from hardware.drivers.servos.port import NONE, ArmPort
 from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.drivers.valves.port import ValvePort
 from hardware.transport.clock import Clock
-from hardware.transport.device import Device, Patience
+from hardware.transport.device import Device
+from hardware.transport.driver import Patience
 from hardware.transport.mailbox import Mailbox
 from oio.core import interrupt
 from oio.core.errors import BadInput

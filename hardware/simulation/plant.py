@@ -6,38 +6,17 @@ sensor is exposed.
 """
 
 import math
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from hardware.simulation.encoders import Encoders
 from hardware.simulation.physics import compile_model, nose_site, servo_of
+from hardware.simulation.plant_spec import PlantSpec
 from oio.core.errors import BadInput, OioError
-from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, Truth, nanoseconds, seconds
-from oio.core.seeds import Seeds
-from oio.gas.source import Source
-from oio.kinematics.arm import Arm
 
 END_STOP_RAD = math.radians(0.5)  # a joint this close to an end of its range is at its stop
-
-
-@dataclass(frozen=True)
-class PlantSpec:
-    """Specification of a plant; frozen."""
-
-    arm: Arm
-    sensor: SimulatedSensor
-    air: Air
-    beacon: Source
-    source: Source
-    seeds: Seeds
-    background_ppm: float
-    emission_ml_s: float
-    period_s: float  # control period
-    air_every: int  # ticks per step of the air
-    encoder_counts: int  # per turn
 
 
 class Plant:

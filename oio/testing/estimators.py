@@ -7,7 +7,7 @@ import numpy as np
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.estimators.base import Estimator
 from oio.inference.state_space import StateSpace
-from oio.testing.promises import bitwise, require, require_frozen
+from oio.testing.assertions import bitwise, require, require_frozen
 
 ROUNDING = 1e-9  # of a correlation matrix
 

@@ -4,7 +4,7 @@ import inspect
 
 from oio.core.errors import BadInput
 from oio.runtime.runner import Stage, result_type
-from oio.testing.promises import require, require_frozen
+from oio.testing.assertions import require, require_frozen
 
 
 def check_stage(stage: Stage) -> None:

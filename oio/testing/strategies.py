@@ -5,7 +5,7 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.search.base import Strategy
 from oio.search.view import View
-from oio.testing.promises import bitwise, require, require_frozen
+from oio.testing.assertions import bitwise, require, require_frozen
 
 SEEDS = 5
 

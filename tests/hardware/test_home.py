@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from hardware import home
+from hardware.drivers.servos import homing_procedure
 from hardware.drivers.servos.bus import ServoState
-from hardware.drivers.servos.joint_calibration import JointSweep, end_directions, ends_deg, homing_from_sweeps
+from hardware.drivers.servos.end_directions import end_directions
+from hardware.drivers.servos.joint_calibration import JointSweep, ends_deg, homing_from_sweeps
 from oio.core.errors import BadInput, OioError
 from oio.inference.forward_model import ParameterLayout
 from oio.inference.prior import nominal_prior
@@ -101,9 +103,9 @@ def walk(monkeypatch, arm, tmp_path):
 
     def walked(servos, goals, repeats=2):
         console, file = Console(record=True, width=300, file=io.StringIO()), tmp_path / "homing.json"
-        monkeypatch.setattr(home, "_entered", Person(servos, [*goals, *COMPARED]))
+        monkeypatch.setattr(homing_procedure, "_entered", Person(servos, [*goals, *COMPARED]))
         try:
-            home._run_procedure(console, servos, None, arm, repeats, file)
+            homing_procedure.run_procedure(console, servos, None, arm, repeats, file)
         except OioError:
             assert not file.exists()
             raise
@@ -150,7 +152,7 @@ def test_ends_that_were_swapped_in_every_round_are_seen_with_a_ruler(arm, walk, 
     told, _ = walk(servos, goals)
     said = np.array([float(x) for x in re.search(r"should now be ([\d.-]+) m .*?, ([\d.-]+) m .*?, ([\d.-]+) m", told).groups()])
     off_m = np.linalg.norm(said - arm.nose(np.radians(servos.degrees)))
-    assert off_m < home.AGREES_M if swapped == 4 else off_m > 2 * home.AGREES_M
+    assert off_m < homing_procedure.AGREES_M if swapped == 4 else off_m > 2 * homing_procedure.AGREES_M
 
 
 def test_a_joint_that_turns_too_far_is_sent_to_tape_marks_and_is_homed_with_them(arm, walk):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from hardware.codecs import line
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock, DeviceClock
-from hardware.transport.device import Counts
+from hardware.transport.driver import Counts
 from hardware.transport.microcontroller import BAUD, BOOT_S, acknowledged
 from hardware.transport.port import NoAnswer, Wire
 from oio.core.errors import BadInput

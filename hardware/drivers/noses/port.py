@@ -3,7 +3,7 @@
 from hardware.drivers.noses import line, scd30, scd41
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock
-from hardware.transport.device import Driver
+from hardware.transport.driver import Driver
 from hardware.transport.mailbox import Mailbox
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor

@@ -7,7 +7,7 @@ from hardware.codecs import modbus
 from hardware.drivers.noses.poll_schedule import PollSchedule
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock
-from hardware.transport.device import Counts
+from hardware.transport.driver import Counts
 from hardware.transport.port import NoAnswer, Wire
 from hardware.transport.request import request
 

@@ -11,9 +11,10 @@ from hardware.drivers.servos.bus import Positions, ServoState
 from hardware.drivers.servos.finite_differences import FiniteDifferences
 from hardware.drivers.servos.jitter import Jitter
 from hardware.drivers.servos.port import ArmPort
+from hardware.drivers.servos.servo_health import HealthMonitor
 from hardware.drivers.servos.tracking_error import TrackingErrorMonitor
 from hardware.transport.clock import Clock
-from hardware.transport.device import Counts
+from hardware.transport.driver import Counts
 from hardware.transport.mailbox import Mailbox, StampedSample
 from hardware.transport.port import NoAnswer, Wire
 from oio.core.errors import OioError
@@ -24,9 +25,9 @@ from oio.kinematics.homing import Homing
 from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
 
 MAX_SLEEP_S = 0.02  # at a time, so that the thread can end
-HEALTH_EVERY = 20  # rounds; of one servo after the other
+HEALTH_EVERY = 20  # polling cycles; of one servo after the other
 MOVED_BY_HAND_RAD = math.radians(5.0)  # an arm that comes back so far from where it was held was moved by hand
-COMPLAINTS = 20  # rounds in a row with a complaint: then it is believed
+FAULT_CYCLES = 20  # polling cycles in a row with a fault, before the arm is stopped
 MAX_SUSPENDED_S = 1.0  # a host that was suspended for longer does not know what happened meanwhile
 
 
@@ -45,9 +46,8 @@ class ServoArm:
         self._locked = np.array(arm.home_rad[arm.dof :])
         self._lock, self._guard = threading.Lock(), Guard(self._whole, safety, port.period_s, arm.dof)
         self._differences, self.jitter, self._rounds, self._configured = FiniteDifferences(), Jitter(), 0, False
-        self._temperature, self._due_ns, self._lost, self._set_point_rad = np.full(len(self._ids), np.nan), 0, 0, self._whole.home
-        self._voltage = np.full(len(self._ids), np.nan)
-        self._fault_cycles = 0
+        self._due_ns, self._lost, self._set_point_rad = 0, 0, self._whole.home
+        self._health = HealthMonitor(len(self._ids), HEALTH_EVERY, FAULT_CYCLES)
         self._held_pose_rad: Array | None = None  # measured pose held after a fault, so as not to press on against an obstacle
 
     def identify(self, wire: Wire) -> str | None:
@@ -134,9 +134,7 @@ class ServoArm:
     @property
     def health_summary(self) -> str:
         """Lowest supply voltage and highest temperature read so far, as text."""
-        if np.all(np.isnan(self._voltage)):
-            return "not asked yet"
-        return f"{np.nanmin(self._voltage):.1f} V, {np.nanmax(self._temperature):.0f} degC"
+        return self._health.summary
 
     @property
     def held(self) -> str | None:
@@ -160,24 +158,23 @@ class ServoArm:
         self.jitter.beat(t_ns)
         q, t_s = self._angles(state), seconds(t_ns)
         self._mailbox.put(StampedSample(self._differences.state(t_ns, q[: self._arm.dof]), arrived_ns))
-        self._fault_cycles = self._fault_cycles + 1 if state.fault else 0
-        complaint = state.fault if self._fault_cycles > COMPLAINTS else None
-        fault = self._tracking_error.check(t_s, q, self._set_point_rad) or complaint
+        fault = self._health.confirmed(state.fault)
+        fault = self._tracking_error.check(t_s, q, self._set_point_rad) or fault
         with self._lock:
             was_free = self._guard.held is None
-            self._guard.report_load(t_s, state.load, self._temperature)
+            self._guard.report_load(t_s, state.load, self._health.temperature_degc)
             if fault is not None:
                 self._guard.stop(fault)
             if was_free and self._guard.held is not None:
                 self._held_pose_rad = np.clip(q, self._whole.low_rad, self._whole.high_rad)
 
     def _monitor_health(self, wire: Wire, state: ServoState) -> None:
-        if self._rounds % HEALTH_EVERY == 0:
-            i = (self._rounds // HEALTH_EVERY) % len(self._ids)
-            health = self._bus.health(wire, self._ids[i])
-            self._temperature[i], self._voltage[i] = health.temperature_degc, health.voltage
-            if not health.holds:
-                self.stop(state.fault or f"servo {self._ids[i]} has let go, as one does whose supply failed for a moment")
+        if (i := self._health.due(self._rounds)) is None:
+            return
+        health = self._bus.health(wire, self._ids[i])
+        self._health.record(i, health)
+        if not health.holds:
+            self.stop(state.fault or f"servo {self._ids[i]} has let go, as one does whose supply failed for a moment")
 
     def _send_set_point(self, wire: Wire) -> None:
         with self._lock:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from hardware.drivers.valves.valve_driver import RelayValve
-from hardware.transport.device import Patience
+from hardware.transport.driver import Patience
 from oio.core.errors import BadInput, OioError
 from oio.core.settings import settings
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 from hardware.codecs import line
 from hardware.transport.clock import suspended_ns
-from hardware.transport.device import Patience
 from hardware.transport.discovery import resolve_port
+from hardware.transport.driver import Patience
 from hardware.transport.microcontroller import BAUD, BOOT_S, acknowledged
 from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
 from hardware.transport.request import drain

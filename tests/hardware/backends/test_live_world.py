@@ -76,4 +76,4 @@ def test_a_broken_promise_is_counted_and_the_log_stays_in_order(bench):
     bench.gas(15)
     late = next(s for s in given if isinstance(s, GasSample))
     assert late.t_ns == before[-1].t_ns == 20 * MS
-    assert "late 1" in bench.live.account()
+    assert "late 1" in str(bench.live.account)

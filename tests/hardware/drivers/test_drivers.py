@@ -51,7 +51,7 @@ class Beside:
 class Stepped:
     """A clock that a test sets; a host's second is one of the world's."""
 
-    t_s = slept_s = 0.0
+    t_s = suspended_s = 0.0
 
     def now_ns(self):
         return nanoseconds(self.t_s)

@@ -178,7 +178,7 @@ def test_a_servo_that_does_not_answer_is_named(made):
         ("stuck", "from where it was led"),
         ("load", "torque"),
         ("temperature", "degC hot"),
-        ("complaint", "servo 2 reports overload"),
+        ("fault", "servo 2 reports overload"),
         ("clock", "suspended"),
     ],
 )
@@ -190,7 +190,7 @@ def test_what_must_stop_an_arm_stops_it_for_good(made, broken, why):
         turns(driver, 0.5)
         bus.clock.suspended_s = 1.1
     else:
-        setattr(bus, broken, {"stuck": True, "load": np.ones(5), "temperature": 80.0, "complaint": "servo 2 reports overload"}[broken])
+        setattr(bus, broken, {"stuck": True, "load": np.ones(5), "temperature": 80.0, "fault": "servo 2 reports overload"}[broken])
     turns(driver, lasts_s + 3.0)
     assert why in driver.held
     still = bus.told[-1]

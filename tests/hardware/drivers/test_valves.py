@@ -13,7 +13,7 @@ from hardware.drivers.valves.valve_driver import HEARTBEAT_S, NO_ANSWER_S
 from hardware.emulators import options
 from hardware.emulators.emulated_bench import emulate_bench
 from hardware.emulators.line import HOLD_S
-from hardware.transport.device import Patience
+from hardware.transport.driver import Patience
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 

@@ -19,7 +19,8 @@ from hypothesis import strategies as st
 from hardware.codecs.line import Lines, sentence
 from hardware.transport import discovery
 from hardware.transport.clock import JUMP_S, WRAP_MS, Clock, DeviceClock, suspended_ns
-from hardware.transport.device import Device, Patience
+from hardware.transport.device import Device
+from hardware.transport.driver import Patience
 from hardware.transport.mailbox import Mailbox, StampedSample
 from hardware.transport.port import NoAnswer, Unplugged, open_port
 from hardware.transport.request import request, request_until

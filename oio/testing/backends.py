@@ -11,7 +11,7 @@ from oio.core.records import GasSample, JointState, WorldSample, nanoseconds
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
 from oio.runtime.guarded_world import GuardedWorld
-from oio.testing.promises import bitwise, require, require_bad_input, require_frozen
+from oio.testing.assertions import bitwise, require, require_bad_input, require_frozen
 
 
 class _NullLog:

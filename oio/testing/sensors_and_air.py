@@ -6,7 +6,7 @@ import numpy as np
 
 from oio.core.interfaces import Air, LiveAir, Sensor, SensorUnit, SimulatedSensor
 from oio.core.records import Array, GasSample
-from oio.testing.promises import require, require_bad_input, require_frozen
+from oio.testing.assertions import require, require_bad_input, require_frozen
 
 EXPOSURES_PPM = (100.0, 1000.0)  # low and high; every transduction law responds to such a step
 VALUES = 20  # per element and exposure

@@ -19,7 +19,7 @@ def require_frozen(thing: object) -> None:
     name = type(thing).__name__
     require(dataclasses.is_dataclass(thing), f"{name} is no dataclass; put @settings above it.")
     parameters: Any = getattr(type(thing), "__dataclass_params__", None)
-    require(parameters is not None and parameters.as_arrays, f"{name} can be changed after it was built; put @settings above it.")
+    require(parameters is not None and parameters.frozen, f"{name} can be changed after it was built; put @settings above it.")
 
 
 def require_bad_input(what: str, action: Any, *arguments: Any) -> None:

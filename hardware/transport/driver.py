@@ -1,0 +1,52 @@
+"""The protocol of a device driver, and how long to wait for a device."""
+
+from collections import Counter
+from typing import Protocol
+
+from hardware.transport.port import Wire
+from oio.core.settings import in_range, settings
+
+Counts = Counter[str]
+
+
+@settings
+class Patience:
+    """Time-outs and back-off of a device connection [s]."""
+
+    first_s: float  # until the first answer, when the world opens
+    silent_s: float  # without an answer, after which the port is reopened
+    away_s: float  # without an answer, after which the run ends
+    backoff_s: float  # before the first retry; doubled before each further one,
+    backoff_most_s: float  # up to this maximum
+
+    def check(self) -> None:
+        """Refuse time-outs that are infinite or zero."""
+        in_range(self, first_s=(0.1, 600), silent_s=(0.05, 600), away_s=(0, 3600), backoff_s=(0.01, 10), backoff_most_s=(0.01, 60))
+
+
+class Driver(Protocol):
+    """Protocol of a device driver. Every method raises Unplugged when the port is gone and NoAnswer on a time-out of the device."""
+
+    key: str  # config key: backend.nose
+    name: str  # value of KEY.driver=
+    baud: int
+
+    def identify(self, wire: Wire) -> str | None:
+        """Return a description of the device if it is of this driver's kind, else None."""
+        ...
+
+    def configure(self, wire: Wire) -> None:
+        """Configure the device. Called each time the port was opened."""
+        ...
+
+    def poll(self, wire: Wire) -> bool:
+        """Do one polling cycle and put its samples into the mailbox; return whether the device answered."""
+        ...
+
+    def release(self, wire: Wire) -> None:
+        """Put the device into its final state, before the port is closed."""
+        ...
+
+    def counts(self) -> Counts:
+        """Link statistics so far: frames good, corrupt, lost, late, bytes skipped, and whatever else the driver counts."""
+        ...
