@@ -93,8 +93,8 @@ def _time_out_overrides(cfg: Any, words: Sequence[str], speed: float) -> list[st
     if speed <= 1.0:
         return []
     with_backend = _composed(["backend=serial", "backend.nose.driver=line", "backend.nose.port=none"])
-    patience = {f"backend.patience.{key}": with_backend.backend.patience[key] for key in ("first_s", "silent_s")}
-    waits = {"safety.quiet_s": cfg.safety.quiet_s, **patience}
+    timeouts = {f"backend.timeouts.{key}": with_backend.backend.timeouts[key] for key in ("connect_s", "receive_s")}
+    waits = {"safety.heartbeat_timeout_s": cfg.safety.heartbeat_timeout_s, **timeouts}
     given = {word.partition("=")[0] for word in words}
     return [f"{key}={seconds * speed:g}" for key, seconds in waits.items() if key not in given]
 

@@ -60,7 +60,7 @@ VARIANTS = {
     "the parts' own timing": ("sensor=ndir", *SHORT, "profile=datasheet"),
 }
 CASES = {**WHOLE, **WAYS_IN, **VARIANTS}
-QUICK = {"ndir dof=3 draft", "ec dof=5 still", "replay", "recording", "emulated bench"}
+QUICK = {"ndir dof=3 draft", "two joints", "ec dof=5 still", "replay", "recording", "emulated bench"}
 SLOW = [name for name in CASES if name not in QUICK]
 
 

@@ -1,6 +1,7 @@
 """World of a real bench: a nose and an arm over serial ports, or the emulators of `python -m hardware.emulate`."""
 
 import contextlib
+import math
 import os
 import sys
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.drivers.valves.port import ValvePort
 from hardware.transport.clock import Clock
 from hardware.transport.device import Device
-from hardware.transport.driver import Patience
+from hardware.transport.driver import Timeouts
 from hardware.transport.mailbox import Mailbox
 from oio.core import interrupt
 from oio.core.errors import BadInput
@@ -24,9 +25,6 @@ from oio.kinematics.arm import Arm
 from oio.motion.guard import SafetyLimits
 
 SWITCH_S = 2e-4  # of the interpreter, between threads: a sample that came in shall not wait for 5 ms, its default
-HOMING_S = 3.0  # the first move, to the arm's home, takes so long at least
-AWAY_RAD = 0.1  # farther from home a person may have held the arm until it held itself,
-HANDS_OFF_S = 3.0  # and gets so long to let go
 
 
 @settings
@@ -38,38 +36,38 @@ class SerialPort:
     beacon: Source
     source: Source  # its position, if measured, is logged for scoring
     safety: SafetyLimits
-    patience: Patience
+    timeouts: Timeouts
     nose: NosePort
     arm: ArmPort
     valve: ValvePort
     speed: float  # world seconds per host second: 1, except for emulators
     queue: int  # largest number of samples waiting for the pipeline
-    hold_s: float  # delay of joint states, waiting for older gas samples
+    reorder_s: float  # delay of joint states, waiting for older gas samples
 
     def check(self) -> None:
         """Refuse speeds and queues out of range."""
-        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), hold_s=(0.0, 1.0))
+        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), reorder_s=(0.0, 1.0))
 
     @contextlib.contextmanager
     def open(self) -> Iterator[LiveWorld]:
         """Find the ports, configure the devices and move the arm home. Raises BadInput or OioError naming a device that does not answer."""
         self._refuse_emulator_settings()
         clock, mailbox = Clock(self.speed), Mailbox(self.queue)
-        nose = Device(self.nose.port, self.nose.live(self.sensor, clock, mailbox), mailbox, clock, self.patience)
+        nose = Device(self.nose.port, self.nose.live(self.sensor, clock, mailbox), mailbox, clock, self.timeouts)
         servos = self._servos(mailbox, clock)
-        arm = None if servos is None else Device(str(self.arm.port), servos, mailbox, clock, self.patience)
+        arm = None if servos is None else Device(str(self.arm.port), servos, mailbox, clock, self.timeouts)
         devices = [nose] if arm is None else [nose, arm]
         sys.setswitchinterval(SWITCH_S)
-        with self.valve.open(self.patience) as valve:
+        with self.valve.open(self.timeouts) as valve:
             try:
                 for device in devices:
                     _start(device)
                 mover = servos or FixedMount(self.kinematics, self.arm.period_s)
                 places_m = {"beacon": self.beacon.position, "source": self.source.position}
-                bench = LiveWorld(LiveDevices(nose, arm, mover, valve), clock, mailbox, self.kinematics, places_m, self.hold_s)
-                if servos is not None and servos.distance_from_home_rad > AWAY_RAD:
-                    _hands_off(bench)
-                bench.go_home(HOMING_S)
+                bench = LiveWorld(LiveDevices(nose, arm, mover, valve), clock, mailbox, self.kinematics, places_m, self.reorder_s)
+                if servos is not None and servos.distance_from_home_rad > math.radians(self.arm.hands_off_deg):
+                    _hands_off(bench, self.arm.hands_off_s)
+                bench.go_home(self.arm.home_s)
                 yield bench
             finally:
                 for device in reversed(devices):  # first the arm, last the valve
@@ -101,9 +99,9 @@ class SerialPort:
         return self.nose.port, self.arm.port if self.arm.driver != NONE else None
 
 
-def _hands_off(bench: LiveWorld) -> None:
-    print(f"oio: the arm holds itself. Hands off: it goes home in {HANDS_OFF_S:g} s.", file=sys.stderr, flush=True)  # noqa: T201
-    for _ in bench.samples(HANDS_OFF_S):
+def _hands_off(bench: LiveWorld, for_s: float) -> None:
+    print(f"oio: the arm holds itself. Hands off: it goes home in {for_s:g} s.", file=sys.stderr, flush=True)  # noqa: T201
+    for _ in bench.samples(for_s):
         interrupt.check()
 
 

@@ -4,7 +4,7 @@ import threading
 
 from hardware.transport.clock import Clock
 from hardware.transport.discovery import resolve_port
-from hardware.transport.driver import Driver, Patience
+from hardware.transport.driver import Driver, Timeouts
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import DeviceLost, NoAnswer, Unplugged, Wire, open_port
 from oio.core.errors import OioError
@@ -14,9 +14,9 @@ from oio.core.records import nanoseconds, seconds
 class Device(threading.Thread):
     """Communication thread of one device. `error` is the exception that ended it, if one did; `news` are (kind, text) for the log."""
 
-    def __init__(self, port: str, driver: Driver, mailbox: Mailbox, clock: Clock, patience: Patience) -> None:
+    def __init__(self, port: str, driver: Driver, mailbox: Mailbox, clock: Clock, timeouts: Timeouts) -> None:
         super().__init__(name=f"oio {driver.key}", daemon=True)
-        self._port, self.driver, self._mailbox, self._clock, self._patience = port, driver, mailbox, clock, patience
+        self._port, self.driver, self._mailbox, self._clock, self._timeouts = port, driver, mailbox, clock, timeouts
         self.news: list[tuple[str, str]] = []
         self.error: BaseException | None = None
         self.reconnects = 0
@@ -29,13 +29,13 @@ class Device(threading.Thread):
     def run(self) -> None:
         """Poll until `stop` is called or the device has been away for too long."""
         try:
-            self._open_with_back_off(self._patience.first_s)
+            self._open_with_back_off(self._timeouts.connect_s)
             self._last_answer_ns = self._clock.now_ns()
             while not self._stop_requested.is_set():
                 why = self._poll_until_lost()
                 if why and not self._stop_requested.is_set():
                     self._disconnect(why)
-                    self._open_with_back_off(self._patience.away_s)
+                    self._open_with_back_off(self._timeouts.reconnect_s)
         except BaseException as error:  # an exception in a thread is not reported by itself: the world raises it
             self.error = error
         finally:
@@ -52,7 +52,7 @@ class Device(threading.Thread):
 
     def _open_with_back_off(self, patience_s: float) -> None:
         """Open the port, with retries and exponential back-off for at most patience_s. Raises DeviceLost."""
-        start_ns, wait_s, why = self._clock.now_ns(), self._patience.backoff_s, "unplugged"
+        start_ns, wait_s, why = self._clock.now_ns(), self._timeouts.backoff_s, "unplugged"
         while not self._stop_requested.is_set():
             try:
                 self._open()
@@ -64,7 +64,7 @@ class Device(threading.Thread):
             if self._clock.now_ns() - start_ns > nanoseconds(patience_s):
                 raise DeviceLost(self._time_out_message(why, patience_s))
             self._stop_requested.wait(self._clock.host_s(wait_s))
-            wait_s = min(2.0 * wait_s, self._patience.backoff_most_s)
+            wait_s = min(2.0 * wait_s, self._timeouts.backoff_max_s)
 
     def _open(self) -> None:
         key = f"{self.driver.key}.port"
@@ -95,9 +95,9 @@ class Device(threading.Thread):
             except Unplugged as error:
                 return str(error) or "unplugged"
             now_ns = self._clock.now_ns()
-            if now_ns - self._last_answer_ns > nanoseconds(self._patience.away_s + self._patience.silent_s):
-                raise DeviceLost(self._time_out_message(why, self._patience.away_s))
-            if now_ns - max(self._last_answer_ns, opened_ns) > nanoseconds(self._patience.silent_s):
+            if now_ns - self._last_answer_ns > nanoseconds(self._timeouts.reconnect_s + self._timeouts.receive_s):
+                raise DeviceLost(self._time_out_message(why, self._timeouts.reconnect_s))
+            if now_ns - max(self._last_answer_ns, opened_ns) > nanoseconds(self._timeouts.receive_s):
                 return why
         return ""
 

@@ -10,18 +10,18 @@ Counts = Counter[str]
 
 
 @settings
-class Patience:
+class Timeouts:
     """Time-outs and back-off of a device connection [s]."""
 
-    first_s: float  # until the first answer, when the world opens
-    silent_s: float  # without an answer, after which the port is reopened
-    away_s: float  # without an answer, after which the run ends
+    connect_s: float  # until the first answer, when the world opens
+    receive_s: float  # without an answer, after which the port is reopened
+    reconnect_s: float  # without an answer, after which the run ends
     backoff_s: float  # before the first retry; doubled before each further one,
-    backoff_most_s: float  # up to this maximum
+    backoff_max_s: float  # up to this maximum
 
     def check(self) -> None:
         """Refuse time-outs that are infinite or zero."""
-        in_range(self, first_s=(0.1, 600), silent_s=(0.05, 600), away_s=(0, 3600), backoff_s=(0.01, 10), backoff_most_s=(0.01, 60))
+        in_range(self, connect_s=(0.1, 600), receive_s=(0.05, 600), reconnect_s=(0, 3600), backoff_s=(0.01, 10), backoff_max_s=(0.01, 60))
 
 
 class Driver(Protocol):

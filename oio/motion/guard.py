@@ -27,8 +27,8 @@ class SafetyLimits:
 
     box_margin_m: float  # by which the nose may leave its box on a curved path between two allowed poses
     step_s: float  # path time between two set-points, at most
-    stale_s: float  # commands older than this are refused
-    quiet_s: float  # time-out of the heartbeats of host and nose while the arm moves,
+    command_age_s: float  # commands older than this are refused
+    heartbeat_timeout_s: float  # time-out of the heartbeats of host and nose while the arm moves,
     sample_s: float  # longer by this for the nose: its sampling period
     load: float  # fraction of a servo's torque; what is above it adds up,
     load_s: float  # to a stop after so many seconds of full torque
@@ -36,7 +36,14 @@ class SafetyLimits:
 
     def check(self) -> None:
         """Refuse limits that would never, or always, stop the arm."""
-        in_range(self, box_margin_m=(0.0, 0.02), step_s=(0.001, 1.0), stale_s=(0.0, 10.0), quiet_s=(0.05, 60.0), sample_s=(0.0, 1e4))
+        in_range(
+            self,
+            box_margin_m=(0.0, 0.02),
+            step_s=(0.001, 1.0),
+            command_age_s=(0.0, 10.0),
+            heartbeat_timeout_s=(0.05, 60.0),
+            sample_s=(0.0, 1e4),
+        )
         in_range(self, load=(0.05, 1.0), load_s=(0.01, 60.0), temperature_degc=(20.0, 100.0))
 
     @property
@@ -54,7 +61,7 @@ class Guard:
     def __init__(self, arm: Arm, safety: SafetyLimits, period_s: float = 0.0, joints: int | None = None) -> None:
         self._arm, self._safety, self._joints = arm, safety, joints
         self._step_s = max(safety.step_s, period_s)
-        self._quiet_s = {HOST: safety.quiet_s, NOSE: safety.quiet_s + safety.sample_s}
+        self._timeout_s = {HOST: safety.heartbeat_timeout_s, NOSE: safety.heartbeat_timeout_s + safety.sample_s}
         self._stand(arm.home)
         self.held: str | None = "it has not begun"  # why the arm is stopped, None if it is not
 
@@ -109,7 +116,7 @@ class Guard:
 
     def heartbeat(self, t_s: float, who: str) -> None:
         """Heartbeat of `who`, HOST or NOSE, at t_s. Raises BadInput for anything else."""
-        if who not in self._quiet_s:
+        if who not in self._timeout_s:
             raise BadInput(f"a heartbeat of '{who}' was given, but a guard expects those of {HOST} and {NOSE}.")
         if math.isfinite(t_s):
             self._heard_s[who] = t_s
@@ -121,10 +128,10 @@ class Guard:
 
     def _check_heartbeats(self, t_s: float) -> None:
         """Stop a moving arm when a heartbeat is overdue; the time-out restarts when the clock runs backwards."""
-        for who, quiet_s in self._quiet_s.items():
+        for who, timeout_s in self._timeout_s.items():
             self._heard_s[who] = min(self._heard_s.get(who, t_s), t_s)
             silent_s = t_s - self._heard_s[who]
-            if self._trajectory.moving and silent_s > quiet_s:
+            if self._trajectory.moving and silent_s > timeout_s:
                 self.stop(f"the {who} was silent for {silent_s:.1f} s while the arm moved")
 
     def _allowed(self, q_rad: Array, over_s: float, t_s: float) -> Array:
@@ -134,9 +141,11 @@ class Guard:
             raise BadInput(f"a move to {goal.tolist()} was asked for, but dof={n} takes {n} finite numbers. Type e.g. {[0.1] * n}.")
         if not (math.isfinite(over_s) and over_s > 0.0 and math.isfinite(t_s)):
             raise BadInput(f"a move over {over_s} s at {t_s} s was asked for, but it takes finite times and some time to move, e.g. 1.0 s.")
-        late_s, most_s = self._trajectory.now_s - t_s, self._safety.stale_s
+        late_s, most_s = self._trajectory.now_s - t_s, self._safety.command_age_s
         if late_s > most_s:
-            raise BadInput(f"a move came {late_s:.2f} s after it was commanded; safety.stale_s={most_s:g} s are allowed. Command it anew.")
+            raise BadInput(
+                f"a move came {late_s:.2f} s after it was commanded; safety.command_age_s={most_s:g} s are allowed. Command it anew."
+            )
         if self.held is not None:
             raise OioError(f"the arm is held where it is: {self.held}. It takes no move until it begins anew; see first that it can move.")
         return self._arm.validated(goal)

@@ -32,7 +32,7 @@ def measurement_pose(
 
 
 def _candidate(arm: Arm, here: Array, place_m: Array, distance_m: float, rng: np.random.Generator) -> Array | None:
+    direction = rng.standard_normal(3)  # drawn for every arm, so that the stream of random numbers does not depend on its joints
     if arm.dof < 3:
         return arm.random_pose(rng)
-    direction = rng.standard_normal(3)
     return arm.solve_ik(place_m + distance_m * direction / np.linalg.norm(direction), here)

@@ -14,14 +14,20 @@ NONE = "none"
 
 @settings
 class ArmPort:
-    """Port of one arm: servo driver, port, control period and tracking error limits."""
+    """Port of one arm: servo driver, port, control period, first move and limits."""
 
     driver: str
     port: str | None  # a path, usb:VENDOR:PRODUCT[:SERIAL], or ask
     period_s: float  # control period: joints are read and given a set-point this often
     tracking_error_deg: float  # tracking error of a joint,
     tracking_error_s: float  # that lasts for this long, holds the arm: an obstacle, or a stuck encoder
-    release: bool  # disable torque at the end; else the joints hold their position
+    home_s: float  # least duration of the first move, to the arm's home
+    hands_off_deg: float  # an arm farther from home may be held by a person until it holds itself,
+    hands_off_s: float  # who gets this long to let go
+    moved_by_hand_deg: float  # an arm that was away, and comes back this far from where it was held, was moved by hand
+    health_every: int  # control periods between two readings of a servo's voltage and temperature, one servo after the other
+    fault_cycles: int  # control periods in a row with a fault, after which the arm is stopped
+    torque_off_at_end: bool  # disable torque at the end; else the joints hold their position
 
     def check(self) -> None:
         """Refuse unknown servos, an arm without a port, and a period that no bus can keep."""
@@ -36,6 +42,8 @@ class ArmPort:
                 f"backend.arm.driver=none."
             )
         in_range(self, period_s=(0.005, 0.1), tracking_error_deg=(1.0, 180.0), tracking_error_s=(0.05, 60.0))
+        in_range(self, home_s=(0.5, 60.0), hands_off_deg=(0.0, 180.0), hands_off_s=(0.0, 60.0), moved_by_hand_deg=(0.5, 180.0))
+        in_range(self, health_every=(1, 10**4), fault_cycles=(0, 10**4))
 
     def bus(self) -> Bus:
         """Create the servo bus of the driver."""

@@ -25,9 +25,6 @@ from oio.kinematics.homing import Homing
 from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
 
 MAX_SLEEP_S = 0.02  # at a time, so that the thread can end
-HEALTH_EVERY = 20  # polling cycles; of one servo after the other
-MOVED_BY_HAND_RAD = math.radians(5.0)  # an arm that comes back so far from where it was held was moved by hand
-FAULT_CYCLES = 20  # polling cycles in a row with a fault, before the arm is stopped
 MAX_SUSPENDED_S = 1.0  # a host that was suspended for longer does not know what happened meanwhile
 
 
@@ -39,7 +36,12 @@ class ServoArm:
     def __init__(self, port: ArmPort, arm: Arm, safety: SafetyLimits, mailbox: Mailbox, clock: Clock) -> None:
         self._bus, self._arm, self._whole = (bus := port.bus()), arm, unlocked(arm)
         self._homing = arm.homed or Homing.nominal(len(arm.all_names), bus.middle)
-        self._mailbox, self._clock, self._period_ns, self._release_torque = mailbox, clock, nanoseconds(port.period_s), port.release
+        self._mailbox, self._clock, self._period_ns, self._release_torque = (
+            mailbox,
+            clock,
+            nanoseconds(port.period_s),
+            port.torque_off_at_end,
+        )
         self._tracking_error = TrackingErrorMonitor(arm.all_names, port.tracking_error_deg, port.tracking_error_s)
         self.name, self.baud = bus.name, bus.baud
         self._ids = list(range(1, len(arm.all_names) + 1))
@@ -47,7 +49,8 @@ class ServoArm:
         self._lock, self._guard = threading.Lock(), Guard(self._whole, safety, port.period_s, arm.dof)
         self._differences, self.jitter, self._rounds, self._configured = FiniteDifferences(), Jitter(), 0, False
         self._due_ns, self._lost, self._set_point_rad = 0, 0, self._whole.home
-        self._health = HealthMonitor(len(self._ids), HEALTH_EVERY, FAULT_CYCLES)
+        self._moved_by_hand_rad = math.radians(port.moved_by_hand_deg)
+        self._health = HealthMonitor(len(self._ids), port.health_every, port.fault_cycles)
         self._held_pose_rad: Array | None = None  # measured pose held after a fault, so as not to press on against an obstacle
 
     def identify(self, wire: Wire) -> str | None:
@@ -66,7 +69,7 @@ class ServoArm:
         with self._lock:
             for who in (HOST, NOSE):  # the arm was away, not the host or the nose
                 self._guard.heartbeat(self._now_s(), who)
-            moved = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > MOVED_BY_HAND_RAD
+            moved = np.max(np.abs(q - self._guard.set_point(self._now_s()))) > self._moved_by_hand_rad
             if moved or not self._configured:
                 self._refuse_outside(q)
             if not self._configured or (moved and self._guard.held is None):
@@ -81,7 +84,7 @@ class ServoArm:
         self._bus.torque(wire, self._ids, True)
 
     def poll(self, wire: Wire) -> bool:
-        """Read the joints, send the set-point and, every HEALTH_EVERY cycles, read the health of one servo."""
+        """Read the joints, send the set-point and, every `health_every` cycles, read the health of one servo."""
         wait_s = self._clock.host_s(seconds(self._due_ns - self._clock.now_ns()))
         if wait_s > 0:
             time.sleep(min(wait_s, MAX_SLEEP_S))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from hardware.drivers.valves.valve_driver import RelayValve
-from hardware.transport.driver import Patience
+from hardware.transport.driver import Timeouts
 from oio.core.errors import BadInput, OioError
 from oio.core.settings import settings
 
@@ -52,18 +52,18 @@ class ValvePort:
             raise BadInput("backend.valve.driver=line has no port. Type backend.valve.port=/dev/ttyUSB1, or backend.valve.driver=ask.")
 
     @contextlib.contextmanager
-    def open(self, patience: Patience) -> Iterator[Valve]:
+    def open(self, timeouts: Timeouts) -> Iterator[Valve]:
         """Open the valve driver. Raises BadInput or OioError for relays that are missing or do not answer."""
-        valve = self._create(patience)
+        valve = self._create(timeouts)
         try:
             yield valve
         finally:
             valve.close()
 
-    def _create(self, patience: Patience) -> Valve:
+    def _create(self, timeouts: Timeouts) -> Valve:
         if self.driver == "line":
             assert self.port is not None
-            return RelayValve(self.port, patience)
+            return RelayValve(self.port, timeouts)
         return PromptedValve() if self.driver == "ask" else NoValve()
 
 

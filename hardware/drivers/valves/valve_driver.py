@@ -10,7 +10,7 @@ from collections.abc import Callable
 from hardware.codecs import line
 from hardware.transport.clock import suspended_ns
 from hardware.transport.discovery import resolve_port
-from hardware.transport.driver import Patience
+from hardware.transport.driver import Timeouts
 from hardware.transport.microcontroller import BAUD, BOOT_S, acknowledged
 from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
 from hardware.transport.request import drain
@@ -30,8 +30,8 @@ HOLD_S = 10.0  # the board closes the gas after this time without a heartbeat
 class RelayValve:
     """Two relays of a microcontroller, live until `close`. The constructor opens the port: raises BadInput or OioError on failure."""
 
-    def __init__(self, port: str, patience: Patience) -> None:
-        self._port, self._patience, self._lines = port, patience, line.Lines()
+    def __init__(self, port: str, timeouts: Timeouts) -> None:
+        self._port, self._timeouts, self._lines = port, timeouts, line.Lines()
         self._wire: Wire | None = None
         self._command, self._away_s = COMMANDS["none"], math.nan  # last command; time since which the port has been away [host s]
         self._last_heartbeat_s = _host_s()
@@ -40,7 +40,7 @@ class RelayValve:
         self._lock, self._stop_requested = threading.Lock(), threading.Event()  # guards all of the above except the events
         self._heartbeat_thread = threading.Thread(target=self._run_heartbeats, name=NAME, daemon=True)
         try:
-            self._identify(self._open(), patience.first_s)  # opening the port has reset the board
+            self._identify(self._open(), timeouts.connect_s)  # opening the port has reset the board
         except (NoAnswer, Unplugged) as error:
             self._close_port()
             raise self._valve_error("says nothing", error) from None
@@ -51,7 +51,7 @@ class RelayValve:
         while not self._lock.acquire(timeout=RETRY_S):  # the heartbeat may be opening ports
             check()
         try:
-            self._send(source, self._patience.away_s, check)
+            self._send(source, self._timeouts.reconnect_s, check)
         except BaseException:
             self._command = COMMANDS["none"]  # else the next heartbeat would open it nevertheless
             raise
@@ -64,7 +64,7 @@ class RelayValve:
             return self._events.popleft()
         if self._error:
             raise self._error[0]
-        if time.monotonic() - self._away_s > self._patience.away_s:
+        if time.monotonic() - self._away_s > self._timeouts.reconnect_s:
             raise self._valve_error("stays away", NoAnswer("no answer"))
         return None
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hydra.utils import instantiate
 
 from hardware.codecs import dynamixel, modbus, sts
 from hardware.drivers.noses.reading_filter import ReadingFilter
@@ -14,7 +15,7 @@ from hardware.drivers.noses.scd30 import INTERVAL, Scd30
 from hardware.drivers.noses.scd41 import Scd41
 from hardware.drivers.servos.dynamixel import Dynamixel
 from hardware.drivers.servos.feetech import Feetech
-from hardware.drivers.servos.port import BUSES, ArmPort
+from hardware.drivers.servos.port import BUSES
 from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.emulators.device import Electronics
 from hardware.emulators.dynamixel import CURRENT_LIMIT
@@ -150,7 +151,7 @@ def test_health_is_torque_goal_supply_and_case(bus_of, driver):
 @pytest.mark.parametrize(
     ("bus_of", "driver", "heads"), [(FeetechBus, Feetech, (4, sts.SYNC_WRITE)), (DynamixelBus, Dynamixel, (7, dynamixel.SYNC_WRITE))]
 )
-def test_an_old_goal_never_makes_an_arm_jump(built, monkeypatch, bus_of, driver, heads):
+def test_an_old_goal_never_makes_an_arm_jump(built, composed, monkeypatch, bus_of, driver, heads):
     """The frame with the goals is lost; those of the program before would be 60 degrees away."""
     bus, wire, _ = servos(bus_of, driver)
     steered = []
@@ -160,7 +161,8 @@ def test_an_old_goal_never_makes_an_arm_jump(built, monkeypatch, bus_of, driver,
     answer, lost = wire.device.answer, [True]
     wire.device.answer = lambda data: b"" if lost[0] and data[heads[0]] == heads[1] else answer(data)
     monkeypatch.setitem(BUSES, "feetech", lambda: bus)
-    port = ArmPort(driver="feetech", port="/dev/null", period_s=0.008, tracking_error_deg=10.0, tracking_error_s=0.2, release=False)
+    serial = composed("backend=serial", "backend.nose.driver=line", "backend.nose.port=none", "backend.arm.driver=feetech")
+    port = instantiate(serial.backend.arm, port="/dev/null", tracking_error_s=0.2)
     flat = replace(built("arm"), home_rad=(0.0,) * 5, box_low_m=(-9.0,) * 3, box_high_m=(9.0,) * 3)
     arm = ServoArm(port, flat, built("safety"), Mailbox(9), Stepped())
     with pytest.raises(NoAnswer, match="servo 1 was given the goal 2048, but has 2748"):

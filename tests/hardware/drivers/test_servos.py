@@ -81,7 +81,11 @@ class Stepped:
         self.t_ns += nanoseconds(seconds)
 
 
-PORT = {"driver": "feetech", "port": "/dev/null", "period_s": 0.008, "tracking_error_deg": 10.0, "tracking_error_s": 0.2, "release": False}
+PORT = {
+    "driver": "feetech", "port": "/dev/null", "period_s": 0.008, "tracking_error_deg": 10.0, "tracking_error_s": 0.2,
+    "home_s": 3.0, "hands_off_deg": 5.73, "hands_off_s": 3.0, "moved_by_hand_deg": 5.0, "health_every": 20, "fault_cycles": 20,
+    "torque_off_at_end": False,
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -268,7 +272,7 @@ def test_a_host_that_falls_silent_stops_a_moving_arm_and_no_standing_one(made):
 
 @pytest.mark.parametrize("release", [False, True])
 def test_at_the_end_it_stops_and_lets_go_only_if_asked(made, release):
-    driver, bus, arm = made(release=release)
+    driver, bus, arm = made(torque_off_at_end=release)
     driver.configure(None)
     driver.move(arm.home + 0.3 * ROUND, 4.0)
     turns(driver, 1.0)

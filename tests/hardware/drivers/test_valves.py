@@ -13,13 +13,13 @@ from hardware.drivers.valves.valve_driver import HEARTBEAT_S, NO_ANSWER_S
 from hardware.emulators import options
 from hardware.emulators.emulated_bench import emulate_bench
 from hardware.emulators.line import HOLD_S
-from hardware.transport.driver import Patience
+from hardware.transport.driver import Timeouts
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 
 KEYS = Path(__file__).resolve().parents[3] / "conf" / "emulate.yaml"
-PATIENCE = Patience(first_s=3.0, silent_s=1.0, away_s=4.0, backoff_s=0.1, backoff_most_s=1.0)
-HASTY = Patience(first_s=0.1, silent_s=0.1, away_s=0.5, backoff_s=0.1, backoff_most_s=0.1)
+TIMEOUTS = Timeouts(connect_s=3.0, receive_s=1.0, reconnect_s=4.0, backoff_s=0.1, backoff_max_s=1.0)
+HASTY = Timeouts(connect_s=0.1, receive_s=0.1, reconnect_s=0.5, backoff_s=0.1, backoff_max_s=0.1)
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def bench(built, tmp_path):
 
 def test_relays_boot_are_told_and_let_out_nothing_at_the_end(bench):
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         assert gas == ["none"]  # the opening has reset it
         valve.present("beacon", interrupt.check)
         valve.present("source", interrupt.check)
@@ -55,7 +55,7 @@ def passed(made, for_s):
 
 def said(valve):
     """Its next news."""
-    until_s = time.monotonic() + PATIENCE.away_s
+    until_s = time.monotonic() + TIMEOUTS.reconnect_s
     while (news := valve.poll()) is None and time.monotonic() < until_s:
         time.sleep(0.02)
     return news
@@ -63,7 +63,7 @@ def said(valve):
 
 def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("beacon", interrupt.check)
         passed(made, 2.0 * HOLD_S)
         assert gas == ["none", "beacon"] and valve.poll() is None
@@ -76,7 +76,7 @@ def test_gas_stays_open_while_the_host_lives_and_closes_when_it_dies(bench):
 
 def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("beacon", interrupt.check)
         beats, beat = [], valve._heartbeat
         monkeypatch.setattr(valve, "_heartbeat", lambda: (beats.append(valve._command), beat()))
@@ -90,7 +90,7 @@ def test_a_beat_waits_for_a_present_that_waits(bench, monkeypatch):
 
 def test_what_kills_the_thread_is_raised(bench, monkeypatch):
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("source", interrupt.check)
         monkeypatch.setattr(valve, "_heartbeat", lambda: 1 / 0)
         with pytest.raises(ZeroDivisionError):
@@ -113,7 +113,7 @@ def plugged(made):
 
 def test_relays_that_are_away_are_told_when_they_are_back(bench):
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         unplugged(made)
         back = threading.Timer(1.0, plugged, (made,))
         back.start()
@@ -124,7 +124,7 @@ def test_relays_that_are_away_are_told_when_they_are_back(bench):
 
 def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("beacon", interrupt.check)
         assert valve.poll() is None
         unplugged(made)
@@ -137,7 +137,7 @@ def test_relays_that_go_away_meanwhile_are_told_again_without_waiting(bench):
 def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(bench):
     """A write succeeds as long as the USB chip takes it, whatever the board behind it does."""
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("beacon", interrupt.check)
         made.loop._first_request_s, made.loop._schedule = 0.0, [options.Fault("valve", "busy", 0.0, 1e9)]
         until_s = time.monotonic() + 3.0 * NO_ANSWER_S
@@ -150,21 +150,21 @@ def test_relays_that_fall_silent_on_an_open_port_are_noticed_and_told_again(benc
 
 def test_relays_that_stay_away_are_missed_with_one_sentence(bench):
     made, _ = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("source", interrupt.check)
         unplugged(made)
-        valve._patience = HASTY
+        valve._timeouts = HASTY
         with pytest.raises(OioError, match=r"backend\.valve\.port=.* does not say that it did V1 .*Check its cable"):
             valve.present("beacon", interrupt.check)
         assert said(valve) == "backend.valve line: its port went away"
-        time.sleep(1.1 * HASTY.away_s)
+        time.sleep(1.1 * HASTY.reconnect_s)
         with pytest.raises(OioError, match="stays away"):
             valve.poll()
 
 
 def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
     made, gas = bench
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("source", interrupt.check)
         monkeypatch.setattr(interrupt, "_asked", [2])
         with pytest.raises(KeyboardInterrupt):
@@ -176,7 +176,7 @@ def test_a_stop_ends_the_waiting_for_relays(bench, monkeypatch):
 
 def test_relays_that_are_not_there_or_are_something_else_are_refused(bench, tmp_path):
     made, _ = bench
-    with pytest.raises(BadInput, match="no such port"), ValvePort(driver="line", port=str(tmp_path / "no")).open(PATIENCE):
+    with pytest.raises(BadInput, match="no such port"), ValvePort(driver="line", port=str(tmp_path / "no")).open(TIMEOUTS):
         pass
     with pytest.raises(OioError, match="says nothing"), ValvePort(driver="line", port=str(made.ports["nose"])).open(HASTY):
         pass
@@ -186,7 +186,7 @@ def test_a_person_is_asked_and_reminded_to_close_the_gas(monkeypatch, capsys):
     read, write = os.pipe()
     with os.fdopen(read) as person:
         monkeypatch.setattr(sys, "stdin", person)
-        with ValvePort(driver="ask", port=None).open(PATIENCE) as valve:
+        with ValvePort(driver="ask", port=None).open(TIMEOUTS) as valve:
             os.write(write, b"\n")
             valve.present("source", interrupt.check)
             assert "open the source to be found, then press Enter" in capsys.readouterr().err
@@ -205,13 +205,13 @@ def test_who_waits_for_a_person_hears_of_the_bench(monkeypatch):
 
     with os.fdopen(read) as person:
         monkeypatch.setattr(sys, "stdin", person)
-        with ValvePort(driver="ask", port=None).open(PATIENCE) as valve, pytest.raises(OioError, match="met something"):
+        with ValvePort(driver="ask", port=None).open(TIMEOUTS) as valve, pytest.raises(OioError, match="met something"):
             valve.present("beacon", held)
         os.close(write)
 
 
 def test_nobody_says_nothing(capsys):
-    with ValvePort(driver="none", port=None).open(PATIENCE) as valve:
+    with ValvePort(driver="none", port=None).open(TIMEOUTS) as valve:
         valve.present("source", interrupt.check)
     assert capsys.readouterr() == ("", "")
 
@@ -220,7 +220,7 @@ def test_a_host_that_was_suspended_leaves_the_gas_closed(bench, monkeypatch):
     made, gas = bench
     slept_ns = [0]
     monkeypatch.setattr("hardware.drivers.valves.valve_driver.suspended_ns", lambda: slept_ns[0])
-    with ValvePort(driver="line", port=str(made.ports["valve"])).open(PATIENCE) as valve:
+    with ValvePort(driver="line", port=str(made.ports["valve"])).open(TIMEOUTS) as valve:
         valve.present("source", interrupt.check)
         slept_ns[0] = 3600 * 10**9
         until_s = time.monotonic() + 5.0

@@ -371,8 +371,8 @@ def test_a_bench_at_emulated_ports_is_a_live_backend(up, built, sensor, nose, ar
             f"backend.nose.driver={nose}",
             f"backend.arm.driver={arm}",
             "backend.valve.driver=line",
-            "safety.quiet_s=10",
-            "backend.patience.first_s=20",
+            "safety.heartbeat_timeout_s=10",
+            "backend.timeouts.connect_s=20",
         ]
         check_live_backend(built("backend", "backend=serial", *QUIET, f"sensor={sensor}", *words), for_s=3.0)
 
@@ -382,7 +382,9 @@ def test_who_holds_the_arm_is_told_to_let_go_before_it_goes_home(up, built, caps
     with up("sensor=ndir", "arm.encoder_drift_deg_s2=0", nose="scd30", arm="feetech") as bench, bench.loop.running():
         words = [f"backend.{key}.port={port}" for key, port in bench.ports.items()]
         words += ["backend.nose.driver=scd30", "backend.arm.driver=feetech", "backend.valve.driver=line", f"backend.speed={SPEED:g}"]
-        serial = built("backend", "backend=serial", *QUIET, "sensor=ndir", "safety.quiet_s=10", "backend.patience.first_s=20", *words)
+        serial = built(
+            "backend", "backend=serial", *QUIET, "sensor=ndir", "safety.heartbeat_timeout_s=10", "backend.timeouts.connect_s=20", *words
+        )
         home = serial.kinematics.home
         for said in ("", "oio: the arm holds itself. Hands off: it goes home in 3 s.\n"):
             with serial.open() as world:

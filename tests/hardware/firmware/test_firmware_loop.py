@@ -27,7 +27,10 @@ ROOT = Path(__file__).resolve().parents[3]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 SUPPLY_MV, FULL = 5000, 1023  # of the ADC
 SENSOR = ("sensor=mox_mq", "sensor.adc_bits=10")  # a divider between the same 5 V, as it is soldered
-PATIENT = ("safety.quiet_s=20", "backend.patience.silent_s=10")  # simavr does the work of a board, and may have to wait for the processor
+PATIENT = (
+    "safety.heartbeat_timeout_s=20",
+    "backend.timeouts.receive_s=10",
+)  # simavr does the work of a board, and may have to wait for the processor
 SPOILT = r"(lost|corrupt) [1-9]|skipped [1-9]\d\d"  # a port that is opened within a sentence skips what is left of it
 NOT_STUCK = "backend.nose.stuck_after=1000"  # ten bits of clean air are often the same count for minutes
 

@@ -20,7 +20,7 @@ from hardware.codecs.line import Lines, sentence
 from hardware.transport import discovery
 from hardware.transport.clock import JUMP_S, WRAP_MS, Clock, DeviceClock, suspended_ns
 from hardware.transport.device import Device
-from hardware.transport.driver import Patience
+from hardware.transport.driver import Timeouts
 from hardware.transport.mailbox import Mailbox, StampedSample
 from hardware.transport.port import NoAnswer, Unplugged, open_port
 from hardware.transport.request import request, request_until
@@ -28,7 +28,7 @@ from oio.core.errors import BadInput, OioError
 from oio.core.records import SECOND_NS, GasSample
 
 TIOCGEXCL = 0x80045440  # Linux: whether a terminal is exclusive
-PATIENCE = Patience(first_s=1.0, silent_s=0.3, away_s=2.0, backoff_s=0.02, backoff_most_s=0.1)
+TIMEOUTS = Timeouts(connect_s=1.0, receive_s=0.3, reconnect_s=2.0, backoff_s=0.02, backoff_max_s=0.1)
 
 
 def frames(count, period_s=0.1, skew=0.0, offset_s=3.0, jitter_s=0.005, seed=0):
@@ -315,7 +315,7 @@ def bench(tmp_path):
     """A running echo device and its thread."""
     there = Answering(str(tmp_path / "nose"))
     there.start()
-    device = Device(str(tmp_path / "nose"), Echo(), Mailbox(10), Clock(1.0), PATIENCE)
+    device = Device(str(tmp_path / "nose"), Echo(), Mailbox(10), Clock(1.0), TIMEOUTS)
     device.start()
     assert device.ready.wait(2.0)
     yield there, device
@@ -390,13 +390,13 @@ def test_leaving_says_goodbye_and_lets_the_port_go(bench, tmp_path):
 
 
 def test_a_device_that_was_never_started_can_be_left(tmp_path):
-    device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE)
+    device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), TIMEOUTS)
     device.stop()
     assert device.error is None and device.driver.ended == 0
 
 
 def test_a_port_that_never_was_is_refused_at_once(tmp_path):
-    device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), PATIENCE)
+    device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), TIMEOUTS)
     device.start()
     assert device.ready.wait(1.0) and isinstance(device.error, BadInput)
     device.stop()

@@ -24,7 +24,7 @@ ODD = st.floats() | st.sampled_from([0.0, -1.0, 1e300, float("nan"), float("inf"
 
 @pytest.fixture(scope="session")
 def made(built):
-    """made("dof=3", quiet_s=9.0): an arm and its limits."""
+    """made("dof=3", heartbeat_timeout_s=9.0): an arm and its limits."""
 
     def make(*words, **changes):
         return built("arm", *words), replace(built("safety", *words), **changes)
@@ -204,7 +204,7 @@ def test_what_is_allowed_goes_as_it_ever_did_to_the_bit(made, words):
         ([0.0, -1.0, 0.6], np.nan, 0.0, "finite times"),
         ([0.0, -1.0, 0.6], np.inf, 0.0, "finite times"),
         ([0.0, -1.0, 0.6], 1.0, np.nan, "finite times"),
-        ([0.0, -1.0, 0.6], 1.0, 0.6, r"came 0\.58 s after it was commanded; safety.stale_s=0.5 s"),
+        ([0.0, -1.0, 0.6], 1.0, 0.6, r"came 0\.58 s after it was commanded; safety.command_age_s=0.5 s"),
         (FOLDED, 1.0, 0.0, "no path was found"),
     ],
 )
@@ -285,7 +285,7 @@ def test_locked_joints_stay_on_roundabout_ways(made):
 
 
 def test_a_late_caller_makes_the_arm_late_and_a_clock_turned_back_loses_no_way(made):
-    arm, safety = made("dof=3", quiet_s=60.0)
+    arm, safety = made("dof=3", heartbeat_timeout_s=60.0)
     guard, goal = stood(arm, safety), arm.home + SIDEWAYS
     guard.move(goal, 2.0, 0.0)
     before = stream(guard, 1.0)[-1]
@@ -315,7 +315,7 @@ def test_silence_is_noticed_though_the_clock_was_turned_back(made):
     guard = stood(arm, safety)
     stream(guard, 100.0, 99.0)
     guard.move(arm.home + SIDEWAYS, 10.0, 100.0)
-    for t_s in np.arange(20.0, 20.5 + safety.quiet_s + safety.sample_s, 0.1):
+    for t_s in np.arange(20.0, 20.5 + safety.heartbeat_timeout_s + safety.sample_s, 0.1):
         guard.heartbeat(t_s, HOST)
         guard.set_point(t_s)
     assert "the nose was silent" in guard.held
@@ -432,8 +432,8 @@ def test_a_set_point_is_quick_enough_for_a_bus(made):
     [
         ("box_margin_m", 0.1),
         ("step_s", 0.0),
-        ("stale_s", -1.0),
-        ("quiet_s", 0.0),
+        ("command_age_s", -1.0),
+        ("heartbeat_timeout_s", 0.0),
         ("load", 1.5),
         ("load_s", 0.0),
         ("temperature_degc", 500.0),
