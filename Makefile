@@ -2,7 +2,7 @@
 PYTHON ?= python3
 PY := .venv/bin/python
 
-.PHONY: run test test-all lint venv lock clean help
+.PHONY: run test test-all lint format docs venv lock clean help
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -21,10 +21,19 @@ venv: .venv/.ready  ## .venv with the pinned dependencies and the project
 run: venv  ## one whole calibration and search in simulation
 	$(PY) -m oio.run sensor=ec dof=5
 
-lint: venv  ## style, types, import contracts
+lint: venv  ## format, style, types, import contracts
+	$(PY) -m ruff format --check .
 	$(PY) -m ruff check .
 	$(PY) -m mypy
 	.venv/bin/lint-imports
+
+format: venv  ## format the code, mend what ruff can mend
+	$(PY) -m ruff format .
+	$(PY) -m ruff check --fix .
+
+docs: venv  ## the site, in site/; a warning is an error
+	$(PY) docs/architecture.py
+	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet --strict
 
 test: lint  ## lint, types, contracts and the tests
 	$(PY) -m pytest -n 2 --dist loadfile

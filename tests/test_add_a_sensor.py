@@ -1,4 +1,4 @@
-"""What the README says of adding a sensor is done to the letter, in a copy of conf/ and a folder beside hardware/sensors/."""
+"""What docs/how-to/add_a_sensor.md says is done to the letter, in a copy of conf/ and a folder beside hardware/sensors/."""
 
 import re
 import shutil
@@ -17,8 +17,8 @@ from oio.cli import run
 from oio.testing import check_sensor
 
 ROOT = Path(__file__).resolve().parents[1]
-SECTION = (ROOT / "README.md").read_text(encoding="utf-8").split("## Add a sensor\n")[1].split("\n## ")[0]
-BLOCKS = re.findall(r"```(\w+)\n(.*?)```\n", SECTION, re.DOTALL)
+PAGE = (ROOT / "docs" / "how-to" / "add_a_sensor.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```\n", PAGE, re.DOTALL)
 FEW = ("dof=3", "stage.navigate.max_moves=6", "stage.calibrate_bouts.moves_per_rung=2", "stage.map_beliefs.repeats=2")
 NOW = ("stage.map_beliefs.budget_s=0", "seed=3")
 
@@ -29,8 +29,8 @@ def block(kind, containing):
 
 
 def copied_yaml(text):
-    """The text of the copied YAML without the keys that the README says to delete, and with those it sets, old or new."""
-    deleted = re.findall(r"`(\w+)`", re.search(r"Delete .*? \((.*?)\)", SECTION, re.DOTALL)[1])
+    """The text of the copied YAML without the keys that the page says to delete, and with those it sets, old or new."""
+    deleted = re.findall(r"`(\w+)`", re.search(r"Delete .*? \((.*?)\)", PAGE, re.DOTALL)[1])
     set_lines = [line for line in block("yaml", "_target_: hardware.sensors.graphene").splitlines() if not line.startswith("#")]
     replaced = {*deleted, *(line.split(":")[0] for line in set_lines)}
     found = {line.split(":")[0] for line in text.splitlines()}
@@ -49,10 +49,10 @@ def followed(tmp_path, monkeypatch):
     assert code.startswith("# hardware/sensors/graphene.py\n")
     (sensors / "graphene.py").write_text(code, encoding="utf-8")
     monkeypatch.setattr(hardware.sensors, "__path__", [*hardware.sensors.__path__, str(sensors)])
-    assert "Copy `conf/sensor/ec.yaml` to `conf/sensor/graphene.yaml`" in SECTION
+    assert "Copy `conf/sensor/ec.yaml` to `conf/sensor/graphene.yaml`" in PAGE
     copy = copied_yaml((conf / "sensor" / "ec.yaml").read_text(encoding="utf-8"))
     (conf / "sensor" / "graphene.yaml").write_text(copy, encoding="utf-8")
-    profiles = re.findall(r"`conf/(profile/\w+\.yaml)`", SECTION)
+    profiles = re.findall(r"`conf/(profile/\w+\.yaml)`", PAGE)
     assert {conf / name for name in profiles} == set((conf / "profile").glob("*.yaml"))
     for name in profiles:
         with (conf / name).open("a", encoding="utf-8") as file:
@@ -63,7 +63,7 @@ def followed(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("profile", ["paper", "datasheet"])
-def test_the_sensor_that_the_readme_adds_keeps_its_promises(followed, profile):
+def test_the_sensor_that_the_page_adds_keeps_its_promises(followed, profile):
     with initialize_config_dir(str(followed), version_base="1.3"):
         cfg = compose("config", ["sensor=graphene", f"profile={profile}"])
     made = instantiate(cfg.sensor)
@@ -73,9 +73,9 @@ def test_the_sensor_that_the_readme_adds_keeps_its_promises(followed, profile):
     check_sensor(made)
 
 
-def test_the_command_of_the_readme_runs(followed, tmp_path, monkeypatch, capsys):
+def test_the_command_of_the_page_runs(followed, tmp_path, monkeypatch, capsys):
     """Whole, but with few moves."""
-    (line,) = re.findall(r"`python -m (oio\.run sensor=\w+)`", SECTION)
+    (line,) = re.findall(r"`python -m (oio\.run sensor=\w+)`", PAGE)
     handler, out = signal.getsignal(signal.SIGTERM), tmp_path / "run"
     monkeypatch.chdir(ROOT)
     monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
@@ -97,5 +97,5 @@ def test_the_yaml_that_is_copied_has_every_key_of_a_sensor_and_what_is_deleted_i
     """So that `Delete ...` stays right when `ec` gets another key."""
     fields = {key for key in composed("sensor=ec").sensor if key != "_target_"}
     everyones = set.intersection(*(set(composed(f"sensor={name}").sensor) for name in ("ec", "ndir", "mox_mq")))
-    deleted = set(re.findall(r"`(\w+)`", re.search(r"Delete .*? \((.*?)\)", SECTION, re.DOTALL)[1]))
+    deleted = set(re.findall(r"`(\w+)`", re.search(r"Delete .*? \((.*?)\)", PAGE, re.DOTALL)[1]))
     assert deleted >= fields - everyones and not deleted & {"name", "dynamics", "spread", "climate"}

@@ -14,6 +14,7 @@ HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on 
   python -m oio.run backend=replay backend.log=RUN/run.mcap               the same estimator on a log
   python -m oio.figures RUN                             a picture of a run
   python -m oio.run sensor=ec dof=5 --cfg job           every number that a run would use
+  python -m oio.run --config-dir FOLDER ekf=NAME        with choices of your own, in FOLDER/ekf/NAME.yaml
 """
 GROUPS = ("sensor", "profile", "air", "backend", "recording", "arm", "ekf", "search", "stage", "experiment")
 NOTES = {"stage": "[...]  in this order; leave some out", "experiment": "  typed with a plus: +experiment=..."}
@@ -27,13 +28,13 @@ PLAIN_TEXT = {
 }
 
 
-def show_help(conf: Path) -> None:
-    """Print the choices."""
+def show_help(*folders: Path) -> None:
+    """Print the choices of all configuration folders: the project's, and one of the user's own."""
     console = Console(soft_wrap=True)
     console.print(HEADER)
     for group in GROUPS:
         table = Table.grid(padding=(0, 2))
-        for name, text in choices(conf, group):
+        for name, text in (choice for folder in folders for choice in choices(folder, group)):
             table.add_row(f"  {name}", escape(text))
         console.print(f"[bold]{group}=[/bold]" + NOTES.get(group, ""))
         console.print(table)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import hydra
+from hydra._internal.utils import get_args_parser
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.types import RunMode
@@ -93,11 +94,12 @@ def _note_failure(out: Path, error: Exception) -> None:
 
 def refuse_bad_choices(arguments: list[str]) -> None:
     """Before a sweep: compose and build every value of every swept key, with the first values of the others."""
-    words = [a for a in arguments if not a.startswith("-")]
+    words = get_args_parser().parse_args(arguments).overrides
     parsed = OverridesParser.create().parse_overrides(words)
     swept = [o for o in parsed if o.is_sweep_override() and not o.is_hydra_override()]
     values = {o.key_or_group: list(o.sweep_string_iterator()) for o in swept}
     plain = [w for w, o in zip(words, parsed, strict=True) if not o.is_sweep_override() and not w.startswith("hydra")]
+    plain += search_path([f"file://{folder.resolve()}" for folder in config_folders(arguments)] + plugins())
     first = {key: options[0] for key, options in values.items()}
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
         for key, options in values.items():
@@ -109,9 +111,19 @@ def refuse_bad_choices(arguments: list[str]) -> None:
 
 
 def plugins() -> list[str]:
-    """Override that puts configuration packages of other distributions (entry point group `oio.conf`) on Hydra's search path."""
-    packages = [f"pkg://{point.value}" for point in metadata.entry_points(group="oio.conf")]
-    return [f"hydra.searchpath=[{','.join(packages)}]"] if packages else []
+    """Configuration packages of other distributions (entry point group `oio.conf`), as Hydra names them."""
+    return [f"pkg://{point.value}" for point in metadata.entry_points(group="oio.conf")]
+
+
+def search_path(places: list[str]) -> list[str]:
+    """The override that puts these on Hydra's search path, if there are any."""
+    return [f"hydra.searchpath=[{','.join(places)}]"] if places else []
+
+
+def config_folders(arguments: list[str]) -> list[Path]:
+    """The folder of own configuration (--config-dir), if one is given."""
+    folder = get_args_parser().parse_known_args(arguments)[0].config_dir
+    return [Path(folder)] if folder else []
 
 
 def _check_packages() -> None:
@@ -125,8 +137,8 @@ def _check_packages() -> None:
 def _run(arguments: list[str]) -> None:
     _check_packages()
     if {"--help", "-h"} & set(arguments):
-        return show_help(CONF)
-    arguments = [*replayed(arguments), *plugins()]
+        return show_help(CONF, *config_folders(arguments))
+    arguments = [*replayed(arguments), *search_path(plugins())]
     if {"-m", "--multirun"} & set(arguments):
         refuse_bad_choices(arguments)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors are printed by `run_command`, as one paragraph

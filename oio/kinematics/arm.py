@@ -61,11 +61,11 @@ class Arm(Workspace):
 
     @property
     def path(self) -> Path:
-        """The model file. Raises BadInput if it is missing."""
-        path = Path(self.mjcf) if Path(self.mjcf).is_absolute() else ROOT / self.mjcf
-        if not path.is_file():
-            raise BadInput(f"arm.mjcf is {self.mjcf}, but there is no such file. Give the path of an MJCF or a URDF.")
-        return path
+        """The model file; a relative path is one of the project's own, or counts from the current folder. Raises BadInput if it is missing."""
+        for path in (ROOT / self.mjcf, Path(self.mjcf).absolute()):
+            if path.is_file():
+                return path
+        raise BadInput(f"arm.mjcf is {self.mjcf}, but there is no such file. Give the path of an MJCF or a URDF.")
 
     @property
     def nose_point(self) -> NosePoint:
