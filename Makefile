@@ -1,6 +1,7 @@
 # Two commands do all the set-up: `make run` and `make test`.
 PYTHON ?= python3
-PY := .venv/bin/python
+VENV ?= .venv
+PY := $(VENV)/bin/python
 
 .PHONY: run test test-all lint format docs venv lock clean help
 .DEFAULT_GOAL := help
@@ -8,12 +9,12 @@ PY := .venv/bin/python
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' Makefile
 
-venv: .venv/.ready  ## .venv with the pinned dependencies and the project
+venv: $(VENV)/.ready  ## .venv with the pinned dependencies and the project
 
 # The stamp is written last, so an interrupted install is begun again.
-.venv/.ready: requirements-dev.lock pyproject.toml
+$(VENV)/.ready: requirements-dev.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if (3, 11) <= sys.version_info[:2] < (3, 14) else "oio needs Python 3.11 to 3.13, this is %d.%d: make PYTHON=python3.11 run" % sys.version_info[:2])'
-	$(PYTHON) -m venv .venv
+	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
 	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
@@ -25,7 +26,7 @@ lint: venv  ## format, style, types, import contracts
 	$(PY) -m ruff format --check .
 	$(PY) -m ruff check .
 	$(PY) -m mypy
-	.venv/bin/lint-imports
+	$(VENV)/bin/lint-imports
 
 format: venv  ## format the code, mend what ruff can mend
 	$(PY) -m ruff format .
@@ -48,5 +49,5 @@ lock: venv  ## make both lock files anew from pyproject.toml
 	$(PY) -m uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --custom-compile-command "make lock" --extra dev pyproject.toml -o requirements-dev.lock
 
 clean:  ## remove the venv and the caches, keep outputs/
-	rm -rf .venv .numba_cache .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache site
+	rm -rf $(VENV) .numba_cache .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache site
 	find oio hardware pipelines tests -name __pycache__ -prune -exec rm -rf {} +

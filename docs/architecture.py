@@ -1,6 +1,6 @@
 """Draws docs/architecture.svg from the imports that the code really has: `python docs/architecture.py`; a test compares the two.
 
-A box is a package, in the row that its import contract (pyproject.toml) gives it. An arrow is an import that does not follow from two others
+A box is a package, in the row of its import contract (pyproject.toml). An arrow is an import that does not follow from two others
 (transitive reduction). Imports between `oio`, `pipelines` and `hardware` stand in the boxes as text.
 """
 
@@ -38,7 +38,9 @@ def package_imports() -> dict[str, set[str]]:
 
 def reduced(imports: dict[str, set[str]]) -> dict[str, set[str]]:
     """Imports that do not follow from two others."""
-    return {name: {other for other in direct if not any(other in _reach(imports, via) for via in direct)} for name, direct in imports.items()}
+    return {
+        name: {other for other in direct if not any(other in _reach(imports, via) for via in direct)} for name, direct in imports.items()
+    }
 
 
 def svg() -> str:

@@ -62,7 +62,8 @@ class BoutRule:
         """Return the window k for `dof` joints; raises BadInput if none is configured."""
         if dof not in self.window_by_dof:
             raise BadInput(
-                f"bout.window_by_dof has no window for dof={dof}; it has {self.window_by_dof}. Add one, e.g. '+bout.window_by_dof={{{dof}: 13}}'."
+                f"bout.window_by_dof has no window for dof={dof}; it has {self.window_by_dof}. Add one, e.g. "
+                f"'+bout.window_by_dof={{{dof}: 13}}'."
             )
         return self.window_by_dof[dof]
 

@@ -61,7 +61,7 @@ class Arm(Workspace):
 
     @property
     def path(self) -> Path:
-        """The model file; a relative path is one of the project's own, or counts from the current folder. Raises BadInput if it is missing."""
+        """The model file; a relative path is one of the project's own, or counts from the current folder. Raises BadInput if missing."""
         for path in (ROOT / self.mjcf, Path(self.mjcf).absolute()):
             if path.is_file():
                 return path
