@@ -7,7 +7,7 @@ from hardware.codecs import scd4x, shdlc
 from hardware.emulators.device import Electronics, Trouble
 
 BRIDGE = 0x00
-OK, UNKNOWN_COMMAND, WRONG_DATA, TIMEOUT = 0x00, 0x02, 0x04, shdlc.I2C_TIMEOUT  # states; 02 and 04 are common to Sensirion's SHDLC devices
+OK, UNKNOWN_COMMAND, WRONG_DATA = 0x00, 0x02, 0x04  # states; 02 and 04 are common to Sensirion's SHDLC devices
 INFORMATION = {0: b"00070000\0", 1: b"SEK-SensorBridge\0", 2: b"1-101830-01\0", 3: b"EMULATED\0"}  # type, name, article, serial number
 VERSION = bytes((1, 6, 0, 1, 0, 1, 0))  # firmware 1.6, no debug build, hardware 1.0, protocol 1.0
 SERIAL = (0xF896, 0x9F07, 0x3BBE)  # the data sheet's example

@@ -12,7 +12,8 @@ from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.experiment import Experiment
 from oio.cli.hydra_errors import known_error
-from oio.cli.run import build, plugins
+from oio.cli.plugins import plugin_packages, search_path
+from oio.cli.run import build
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
 from oio.log import MemoryLog
@@ -25,7 +26,7 @@ from oio.runtime.runner import run_stages
 def composed_trial(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
     """Return the configuration with these overrides as plain data, and the experiment built from it; raises Hydra's or a check's error."""
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
-        composed = hydra.compose("config", [*words, *plugins()], return_hydra_config=True)
+        composed = hydra.compose("config", [*words, *search_path(plugin_packages())], return_hydra_config=True)
     choices = dict(composed.hydra.runtime.choices)
     cfg = {str(key): value for key, value in _plain(composed).items() if key != "hydra"}
     if "evaluate" in (cfg["stage"] or {}):

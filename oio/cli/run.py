@@ -3,7 +3,6 @@
 import json
 import os
 import sys
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from oio.cli.exit_codes import run_command
 from oio.cli.experiment import Experiment, execute
 from oio.cli.help import show_help
 from oio.cli.hydra_errors import known_error
+from oio.cli.plugins import config_folders, plugin_packages, search_path
 from oio.cli.replay_overrides import replayed
 from oio.cli.sweep import SweepTable
 from oio.core import interrupt
@@ -99,7 +99,7 @@ def refuse_bad_choices(arguments: list[str]) -> None:
     swept = [o for o in parsed if o.is_sweep_override() and not o.is_hydra_override()]
     values = {o.key_or_group: list(o.sweep_string_iterator()) for o in swept}
     plain = [w for w, o in zip(words, parsed, strict=True) if not o.is_sweep_override() and not w.startswith("hydra")]
-    plain += search_path([f"file://{folder.resolve()}" for folder in config_folders(arguments)] + plugins())
+    plain += search_path([f"file://{folder.resolve()}" for folder in config_folders(arguments)] + plugin_packages())
     first = {key: options[0] for key, options in values.items()}
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
         for key, options in values.items():
@@ -108,22 +108,6 @@ def refuse_bad_choices(arguments: list[str]) -> None:
                 cfg = hydra.compose("config", [*plain, *(f"{k}={v}" for k, v in chosen.items())], return_hydra_config=True)
                 choices = dict(cfg.hydra.runtime.choices)
                 build(OmegaConf.masked_copy(cfg, [str(k) for k in cfg if k != "hydra"]), choices, [])
-
-
-def plugins() -> list[str]:
-    """Configuration packages of other distributions (entry point group `oio.conf`), as Hydra names them."""
-    return [f"pkg://{point.value}" for point in metadata.entry_points(group="oio.conf")]
-
-
-def search_path(places: list[str]) -> list[str]:
-    """The override that puts these on Hydra's search path, if there are any."""
-    return [f"hydra.searchpath=[{','.join(places)}]"] if places else []
-
-
-def config_folders(arguments: list[str]) -> list[Path]:
-    """The folder of own configuration (--config-dir), if one is given."""
-    folder = get_args_parser().parse_known_args(arguments)[0].config_dir
-    return [Path(folder)] if folder else []
 
 
 def _check_packages() -> None:
@@ -138,7 +122,7 @@ def _run(arguments: list[str]) -> None:
     _check_packages()
     if {"--help", "-h"} & set(arguments):
         return show_help(CONF, *config_folders(arguments))
-    arguments = [*replayed(arguments), *search_path(plugins())]
+    arguments = [*replayed(arguments), *search_path(plugin_packages())]
     if {"-m", "--multirun"} & set(arguments):
         refuse_bad_choices(arguments)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors are printed by `run_command`, as one paragraph

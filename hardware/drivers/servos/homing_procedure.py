@@ -34,6 +34,7 @@ Done = Callable[[float], bool]
 
 
 def run_procedure(console: Console, bus: Bus, wire: Wire, arm: Arm, repeats: int, out: Path) -> None:
+    """Ask for both ends of every joint `repeats` times, show where the nose is, and write the homing file."""
     ids = list(range(1, len(arm.all_names) + 1))
     missing = [servo for servo in ids if bus.ping(wire, servo) is None]
     if missing:
