@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 from hydra.core.global_hydra import GlobalHydra
 
-from oio.cli.console import show_sweep
 from oio.cli.hydra_errors import known_error
 from oio.cli.run import refuse_bad_choices
-from oio.cli.sweep import sweep_rows
+from oio.cli.sweep_table import show_sweep, sweep_rows
 from oio.core.folders import CONF
 from oio.log import read_metadata
 

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from hardware.simulation.encoders import Encoders
-from hardware.simulation.physics import compile_model, nose_site, servo_of
+from hardware.simulation.mujoco_model import compile_model, nose_site, servo_of
 from hardware.simulation.plant_spec import PlantSpec
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array, Truth, nanoseconds, seconds

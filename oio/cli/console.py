@@ -1,7 +1,7 @@
 """Terminal output: a progress line per stage while it runs (in a terminal only), and the table of results at the end."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Any
 
@@ -9,8 +9,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
-
-from oio.cli.seed_table import show_groups
 
 OUTCOMES = {
     "cold": "cold start",
@@ -110,49 +108,3 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
 def number(value: float | None, factor: float = 1e3, digits: int = 1) -> str:
     """Format a number, scaled by `factor` (metres to millimetres by default); a dash for None."""
     return "-" if value is None else f"{factor * value:.{digits}f}"
-
-
-def show_sweep(rows: Sequence[Mapping[str, Any]], where: str) -> None:
-    """Print the table of a sweep; every row has job, state, error, and the summary if there is one."""
-    table = Table(title=escape(f"{len(rows)} jobs, {where}"), title_justify="left")
-    for head in (
-        "job",
-        "sensor",
-        "dof",
-        "air",
-        "seed",
-        "state",
-        "cold [mm]",
-        "calibrated [mm]",
-        "in 95 %",
-        "cal. time [s]",
-        "u_a [ppm]",
-        "wall [s]",
-    ):
-        table.add_column(escape(head), justify="left" if head in ("job", "sensor", "air", "state") else "right")
-    for row in rows:
-        s = row["summary"]
-        if s is None:
-            table.add_row(escape(row["job"]), *[""] * 4, row["state"], *[""] * 6)
-            continue
-        cold, calibrated = (_missed(s[key]) for key in ("cold", "calibrated"))
-        inside = {True: "yes", False: "no", None: "-"}[s["calibrated"]["inside_95"] if s["calibrated"] else None]
-        calibration = s["calibration"] or {"time_s": None, "u_a_ppm": None}
-        table.add_row(
-            escape(row["job"]), s["sensor"], str(s["dof"]), s["air"], str(s["seed"]), row["state"], cold, calibrated, inside,
-            number(calibration["time_s"], 1.0, 0), number(calibration["u_a_ppm"], 1.0, 2), number(s["wall_s"], 1.0),
-        )  # fmt: skip
-    console = Console(width=None if sys.stdout.isatty() else 160)
-    console.print(table)
-    show_groups([row["summary"] for row in rows if row["summary"]], console)
-    for row in rows:
-        if row["error"]:
-            console.print(f"job {row['job']}: {row['error']}", markup=False, soft_wrap=True)
-
-
-def _missed(outcome: Mapping[str, Any] | None) -> str:
-    if outcome is None:
-        return "-"
-    if outcome.get("bearing_error_deg") is not None:
-        return f"{outcome['bearing_error_deg']:.1f} deg"
-    return number(outcome["source_error_m"])

@@ -1,4 +1,4 @@
-"""Exit codes: a known error ends a command with one paragraph and its code, an interrupt with one line, a bug with its traceback."""
+"""Exit codes: 0 done, 1 a known failure, 2 bad input (`oio.core.errors` says which is which), 130 stopped; a bug shows its traceback."""
 
 import os
 import sys

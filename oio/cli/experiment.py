@@ -17,7 +17,7 @@ from oio.core.errors import BadInput, OioError
 from oio.core.folders import ROOT
 from oio.core.interfaces import Backend, Sensor, World
 from oio.kinematics.arm import Arm
-from oio.kinematics.model_file import kinematics_mjcf
+from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import RunLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json

@@ -21,7 +21,7 @@ from oio.cli.help import show_help
 from oio.cli.hydra_errors import known_error
 from oio.cli.plugins import config_folders, plugin_packages, search_path
 from oio.cli.replay_overrides import replayed
-from oio.cli.sweep import SweepTable
+from oio.cli.sweep_table import SweepTable
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF, ROOT

@@ -2,7 +2,7 @@
 
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import gated_update
+from oio.estimators.gated_update import gated_update
 from oio.estimators.propagation import predict
 from oio.inference.state_space import StateSpace
 

@@ -5,7 +5,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 
 from oio.core.records import Belief, GasReading, Innovation, JointState, seconds
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import innovation_of, scalar_measurement
+from oio.estimators.gated_update import innovation_of, scalar_measurement
 from oio.inference.state_space import StateSpace
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, Innovation, JointState, seconds
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import gated_update
+from oio.estimators.gated_update import gated_update
 from oio.gas.range_law import LAW, concentration
 from oio.inference.state_space import StateSpace
 

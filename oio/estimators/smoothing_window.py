@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, Innovation, JointState, seconds
-from oio.estimators.joseph_update import innovation_of, scalar_measurement, update
+from oio.estimators.gated_update import innovation_of, scalar_measurement, update
 from oio.estimators.propagation import LinearizedStep, predict
 from oio.inference.state_space import StateSpace
 

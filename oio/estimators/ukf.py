@@ -6,7 +6,7 @@ from filterpy.kalman import MerweScaledSigmaPoints
 from oio.core.errors import BadInput
 from oio.core.records import Belief, GasReading, Innovation, JointState
 from oio.core.settings import in_range, settings
-from oio.estimators.joseph_update import gated_update
+from oio.estimators.gated_update import gated_update
 from oio.estimators.sigma_points import propagate
 from oio.inference.state_space import StateSpace
 

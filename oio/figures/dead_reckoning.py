@@ -10,8 +10,8 @@ import yaml
 
 from oio.core.errors import BadInput
 from oio.core.records import Array, JointState
+from oio.kinematics.chain_from_model import KinematicChain, load_chain
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
-from oio.kinematics.model_loading import KinematicChain, load_chain
 from oio.log import read_attachment
 
 

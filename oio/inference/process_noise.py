@@ -1,4 +1,4 @@
-"""Process noise: the densities of the random walks of the state."""
+"""Process noise: the densities of the random walks of the state; `oio.inference.state_space` makes the matrix Q(dt) of them."""
 
 from oio.core.settings import settings
 

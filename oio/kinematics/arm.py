@@ -9,8 +9,8 @@ from oio.core.errors import BadInput
 from oio.core.folders import ROOT
 from oio.core.records import Array
 from oio.core.settings import settings
+from oio.kinematics.chain_from_model import KinematicChain, NosePoint, load_chain
 from oio.kinematics.homing import Homing
-from oio.kinematics.model_loading import KinematicChain, NosePoint, load_chain
 from oio.kinematics.workspace import Workspace
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.kinematics.adjoint import AdjointChain, adjoint_chain
+from oio.kinematics.chain_from_model import KinematicChain
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
-from oio.kinematics.model_loading import KinematicChain
 
 
 class SerialArm:

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from hardware.simulation.physics import compile_model
+from hardware.simulation.mujoco_model import compile_model
 from oio.core.errors import BadInput, OioError
 from oio.core.records import GasSample, JointState, Truth, seconds
 from oio.core.seeds import Seeds

@@ -221,7 +221,7 @@ def test_an_arm_that_stalls_a_little_outside_its_limits_does_not_press_on_either
     driver.configure(None)
     bus.stuck = True
     beyond = arm.high_rad[0] + np.radians(1.0)
-    goal = driver._whole.home.copy()
+    goal = unlocked(arm).home.copy()
     goal[0] = beyond
     bus.counts = np.rint(2048 + goal * 4096 / (2 * np.pi)).astype(int)
     turns(driver, 1.0)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hardware.simulation.physics import compile_model, servo_of
+from hardware.simulation.mujoco_model import compile_model, servo_of
 from oio.core.errors import BadInput
 from oio.core.folders import ROOT
 from oio.core.records import JointState, Truth

@@ -2,7 +2,8 @@
 
 import pytest
 
-from oio.cli.console import show_summary, show_sweep
+from oio.cli.console import show_summary
+from oio.cli.sweep_table import show_sweep
 
 OUTCOME = {
     "source_error_m": 0.0123, "sd_m": 0.01, "nose_error_m": 0.004, "nees_source": 2.0, "inside_95": True, "nis_mean": 1.0,

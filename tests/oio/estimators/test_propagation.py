@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oio.core.records import Belief, JointState, nanoseconds
-from oio.estimators.joseph_update import joseph
+from oio.estimators.gated_update import joseph
 from oio.estimators.propagation import LinearizedStep, add_process_noise, predict, propagate_mean
 from oio.inference.uncertainty import Noise
 

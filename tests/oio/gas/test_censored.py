@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import norm, truncnorm
 
 from oio.core.records import Belief, GasReading, GasSample, JointState
-from oio.estimators.joseph_update import scalar_measurement
+from oio.estimators.gated_update import scalar_measurement
 from oio.gas.censored import pseudo_measurement, residual, variance
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.trace import Trace

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
 from oio.core.folders import ROOT
+from oio.kinematics.chain_from_model import NosePoint, load_chain
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
-from oio.kinematics.model_file import kinematics_mjcf
-from oio.kinematics.model_loading import NosePoint, load_chain
+from oio.kinematics.model_loading import kinematics_mjcf
 
 WRITTEN = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody><body name="a" pos="0.1 0 0.2" quat="2 0 0 2">
   <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="one" axis="0 2 0" range="-1 1"/>
