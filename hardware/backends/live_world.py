@@ -1,7 +1,6 @@
 """World of a live bench: the samples of its devices, merged in time order, in real time."""
 
 import time
-from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
@@ -9,6 +8,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from hardware.backends.link_account import LinkAccount
+from hardware.backends.reorder_buffer import ReorderBuffer
 from hardware.drivers.servos.fixed_mount import FixedMount
 from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.drivers.valves.port import SOURCES, Valve
@@ -42,7 +42,8 @@ class LiveWorld:
     def __init__(
         self, devices: LiveDevices, clock: Clock, mailbox: Mailbox, arm: Arm, places_m: Mapping[str, Place], reorder_s: float
     ) -> None:  # fmt: skip
-        self._clock, self._mailbox, self._kinematics, self._places_m, self._reorder_s = clock, mailbox, arm, places_m, reorder_s
+        self._clock, self._mailbox, self._kinematics, self._places_m = clock, mailbox, arm, places_m
+        self._buffer = ReorderBuffer(mailbox, clock, reorder_s, LOOK_S)
         self._nose, self._arm, self._mover, self._valve = devices.nose, devices.arm, devices.mover, devices.valve
         self._t_ns, self._open_source, self._last_account_ns = 0, "none", 0
         self.account = LinkAccount([d for d in (devices.nose, devices.arm) if d is not None], devices.mover, mailbox)
@@ -77,15 +78,15 @@ class LiveWorld:
         self._valve.present(source, self._check_devices)  # an operator may take minutes, in which the arm may be held
         self._open_source = source
         self.account.source_opened()
-        time.sleep(self._clock.host_s(self._reorder_s))
+        time.sleep(self._clock.host_s(self._buffer.delay_s))
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
         """Yield the samples since the last span and of the next `for_s` [s]. Raises OioError when a device is lost or the arm is held."""
-        now_ns = self._clock.now_ns() - nanoseconds(self._reorder_s)  # samples are complete up to this delay behind the host
+        now_ns = self._clock.now_ns() - self._buffer.delay_ns  # samples are complete up to this delay behind the host
         until_ns = (self._t_ns if now_ns - self._t_ns < SLACK_NS else now_ns) + nanoseconds(for_s)
         yield from self._events()
         yield from self._truth()
-        while (arrived := (yield from self._with_last_account(lambda: self._next(until_ns)))) is not None:
+        while (arrived := (yield from self._with_last_account(lambda: self._buffer.next(until_ns, self._check_devices)))) is not None:
             sample = arrived.sample
             if sample.t_ns < self._t_ns:
                 self.account.late()
@@ -105,29 +106,6 @@ class LiveWorld:
         except OioError:
             yield Event(self._t_ns, "link", str(self.account))
             raise
-
-    def _next(self, until_ns: int) -> StampedSample | None:
-        """Return the next sample of the span, once no earlier one can arrive; None at the end of the span."""
-        reorder_ns = nanoseconds(self._reorder_s)
-        while True:
-            self._check_devices()
-            with self._mailbox.news:
-                now_ns = self._clock.now_ns()
-                queue, due_ns = self._earliest_queue(reorder_ns)
-                if queue and queue[0].sample.t_ns <= until_ns and due_ns <= now_ns:
-                    return queue.popleft()
-                if now_ns >= until_ns + reorder_ns and (not queue or queue[0].sample.t_ns > until_ns):
-                    return None
-                wake_ns = min(due_ns, until_ns + reorder_ns) if queue and queue[0].sample.t_ns <= until_ns else until_ns + reorder_ns
-                self._mailbox.news.wait(min(max(self._clock.host_s(1e-9 * (wake_ns - now_ns)), 0.0), LOOK_S))
-
-    def _earliest_queue(self, reorder_ns: int) -> tuple[deque[StampedSample], int]:
-        """Return the queue with the earliest head and its release time [ns]: gas at once, joints when no older gas can arrive."""
-        gas, joints = self._mailbox.gas, self._mailbox.joints
-        if gas and (not joints or gas[0].sample.t_ns <= joints[0].sample.t_ns):
-            return gas, 0
-        is_final = gas or not joints or joints[0].sample.t_ns < self._mailbox.gas_from_ns
-        return joints, 0 if is_final else joints[0].sample.t_ns + reorder_ns
 
     def _check_devices(self) -> None:
         """Raise on a requested stop, a lost device or a held arm; also a source of joint states for a fixed mount."""
