@@ -62,7 +62,10 @@ class Hover:
         return odometry
 
     def _goal(self, context: Context, odometry: Odometry) -> Array:
-        """Joint goal (n,) rad in encoder coordinates (offsets added) that puts the nose at one of the distances from the beacon."""
+        """Joint goal (n,) rad in encoder coordinates (offsets added) that puts the nose at one of the distances from the beacon.
+
+        Where none is found the arm stays: a drift trial scores the nose wherever it is, and takes no reading for one at a distance.
+        """
         assert odometry.belief is not None
         offset, commanded = odometry.belief.mean[odometry.prior.model.at["o"]], context.world.goal
         estimated_q = commanded - offset
