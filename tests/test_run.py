@@ -126,6 +126,14 @@ def test_help_is_quiet_and_short(helped):
         assert f"\n{key}" in helped.stdout
 
 
+def test_help_lists_the_choices_of_ones_own_folder_besides(tmp_path):
+    (tmp_path / "ekf").mkdir()
+    (tmp_path / "ekf" / "mine.yaml").write_text("# A filter of my own.\n_target_: my_filter.Mine\n", encoding="utf-8")
+    line = [sys.executable, "-m", "oio.run", "--config-dir", str(tmp_path), "--help"]
+    said = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=60, check=True).stdout
+    assert "  mine          A filter of my own." in said and "  fixed_lag" in said
+
+
 @pytest.mark.parametrize(("group", "name", "text"), CHOICES, ids=[f"{group}={name}" for group, name, _ in CHOICES])
 def test_help_lists_every_choice_with_its_words(helped, group, name, text):
     lines = sections(helped.stdout)[group]
