@@ -13,11 +13,12 @@ import numpy as np
 from hardware.simulation.plant import Plant
 from hardware.simulation.plant_spec import PlantSpec
 from oio.core.interfaces import Air, SimulatedSensor
-from oio.core.records import Array, GasSample, JointState, WorldSample, nanoseconds, seconds
+from oio.core.records import Array, GasSample, WorldSample, nanoseconds, seconds
 from oio.core.seeds import Seeds
 from oio.core.settings import in_range, settings
 from oio.gas.source import Source
 from oio.kinematics.arm import Arm
+from oio.kinematics.finite_differences import FiniteDifferences
 from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
 
 LOAD_EVERY = 5  # control ticks: 0.1 s
@@ -83,7 +84,7 @@ class SimulatedWorld:
 
     def __init__(self, sim: MujocoSim, plant: Plant) -> None:
         self._sim, self._plant = sim, plant
-        self._joints = _Joints(sim.joint_period_s, sim.arm.dof)
+        self._joints = FiniteDifferences()
         self._sample_ns = self._gas_due_ns = nanoseconds(sim.sensor.sample_s)
         self._element, self._delay_line = 0, deque[GasSample]()  # sampled, not sent yet
         self.guard = Guard(sim.arm, sim.safety, sim.joint_period_s)
@@ -137,20 +138,3 @@ class SimulatedWorld:
         self._element = (self._element + 1) % self._sim.sensor.elements
         self.guard.heartbeat(seconds(self.t_ns), NOSE)
         return sample
-
-
-class _Joints:
-    """Joint states with velocity and acceleration by finite differences of counts, as from a bus."""
-
-    def __init__(self, period_s: float, n: int) -> None:
-        self._period, self._q, self._dq = period_s, np.empty(0), np.zeros(n)
-
-    def state(self, t_ns: int, q: Array) -> JointState:
-        """Return angles (n,) rad with their differences since the last tick."""
-        if not len(self._q):
-            dq = ddq = self._dq
-        else:
-            dq = (q - self._q) / self._period
-            ddq = (dq - self._dq) / self._period
-        self._q, self._dq = q, dq
-        return JointState(t_ns, q, dq, ddq)

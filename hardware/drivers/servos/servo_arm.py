@@ -4,7 +4,6 @@ import time
 from collections import Counter
 
 from hardware.drivers.servos.bus import Positions, ServoState
-from hardware.drivers.servos.finite_differences import FiniteDifferences
 from hardware.drivers.servos.jitter import Jitter
 from hardware.drivers.servos.port import ArmPort
 from hardware.drivers.servos.servo_health import HealthMonitor
@@ -16,6 +15,7 @@ from hardware.transport.mailbox import Mailbox, StampedSample
 from hardware.transport.port import NoAnswer, Wire
 from oio.core.records import Array, nanoseconds, seconds
 from oio.kinematics.arm import Arm
+from oio.kinematics.finite_differences import FiniteDifferences
 from oio.kinematics.homing import Homing
 from oio.motion.guard import SafetyLimits
 

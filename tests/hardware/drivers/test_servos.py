@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from hardware.drivers.servos.bus import ServoHealth, ServoState
-from hardware.drivers.servos.finite_differences import FiniteDifferences
 from hardware.drivers.servos.fixed_mount import FixedMount
 from hardware.drivers.servos.jitter import Jitter
 from hardware.drivers.servos.port import BUSES, ArmPort
@@ -19,6 +18,7 @@ from hardware.transport.port import NoAnswer
 from oio.core.errors import BadInput, OioError
 from oio.core.records import SECOND_NS, nanoseconds
 from oio.gas.source import unlocked
+from oio.kinematics.finite_differences import FiniteDifferences
 
 
 class Servos:
