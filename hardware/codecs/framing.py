@@ -6,12 +6,13 @@ Neither buffers more than the longest frame and what was just fed, and neither r
 """
 
 import re
+from abc import ABC, abstractmethod
 from typing import ClassVar, Generic, TypeVar
 
 F = TypeVar("F")
 
 
-class Framer(Generic[F]):
+class Framer(ABC, Generic[F]):
     """Base class of both kinds: the counters and the buffer of an incomplete frame."""
 
     def __init__(self) -> None:
@@ -25,9 +26,9 @@ class Framer(Generic[F]):
         """Number of buffered bytes."""
         return len(self._held)
 
+    @abstractmethod
     def _frame(self, raw: bytes) -> F | None:
         """Decode a frame; None if it fails its checksum."""
-        raise NotImplementedError
 
 
 class Sized(Framer[F]):
@@ -53,9 +54,9 @@ class Sized(Framer[F]):
         """Flush after the line has fallen silent: no buffered frame will be completed. Returns the good frames behind a false head."""
         return self._decode(flush=True)
 
+    @abstractmethod
     def _size(self, head: bytes) -> int:
         """Number of bytes of the whole frame, head and checksum included; 0 if no frame begins so."""
-        raise NotImplementedError
 
     def _decode(self, flush: bool) -> list[F]:
         frames: list[F] = []

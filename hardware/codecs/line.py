@@ -67,11 +67,12 @@ class Commands(Marked[str]):
     mark = b"\n"
     longest = LONGEST_COMMAND + 1
 
+    def _frame(self, raw: bytes) -> str:
+        text = _NO_FIELD.sub("?", raw.removesuffix(b"\r").decode("latin-1"))
+        return text if len(text) <= LONGEST_COMMAND else text[: LONGEST_COMMAND - 1] + "?"
+
     def _counted_frame(self, raw: bytes) -> str | None:
-        line = raw.removesuffix(b"\r").decode("latin-1")
-        text = _NO_FIELD.sub("?", line)
-        if len(text) > LONGEST_COMMAND:
-            text = text[: LONGEST_COMMAND - 1] + "?"
+        line, text = raw.removesuffix(b"\r").decode("latin-1"), self._frame(raw)
         self.skipped += len(raw) - len(text)
         self.good += bool(line) and text == line
         self.corrupt += text != line

@@ -1,5 +1,6 @@
 """Emulated servo bus of any maker: addressing, order of the replies, and return delays."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
@@ -37,7 +38,7 @@ class Servo(Protocol):
         ...
 
 
-class Bus:
+class Bus(ABC):
     """Base class of an emulated bus; a maker's class implements `_answer`."""
 
     baud, boots_when_opened = 1_000_000, False
@@ -47,6 +48,7 @@ class Bus:
 
     def power_on(self, t_s: float) -> None:
         """Do nothing: the USB plug powers the adapter only, the servos have a supply of their own."""
+        return
 
     def tick(self, t_s: float) -> bytes:
         """Advance all servos; they send nothing unsolicited."""
@@ -61,8 +63,9 @@ class Bus:
         self.pause_s = 0.0
         return b"" if "brownout" in self._trouble else self._answer(data)
 
+    @abstractmethod
     def _answer(self, data: bytes) -> bytes:
-        raise NotImplementedError
+        """Execute what the host sent; return the status packets."""
 
     def _one(self, id: int, instruction: int, params: bytes) -> bytes:
         servo = self._servos.get(id)

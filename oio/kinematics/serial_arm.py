@@ -1,5 +1,6 @@
 """Forward kinematics of an arm whose first joints move while the others are locked."""
 
+from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
@@ -10,16 +11,16 @@ from oio.kinematics.chain_from_model import KinematicChain
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
 
 
-class SerialArm:
+class SerialArm(ABC):
     """Nose position and Jacobian. Vectors of joints have the `dof` unlocked ones only; the others stay at `home_rad`."""
 
     dof: int
     home_rad: tuple[float, ...]
 
     @property
+    @abstractmethod
     def model(self) -> KinematicChain:
         """All joints, as the model file has them."""
-        raise NotImplementedError
 
     @cached_property
     def chain(self) -> SerialChain:

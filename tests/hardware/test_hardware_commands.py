@@ -8,6 +8,7 @@ import hydra
 import pytest
 from hydra.utils import instantiate
 
+from hardware.backends.serial_port import SerialPort
 from oio.core.folders import CONF
 from oio.kinematics.homing import Homing
 
@@ -36,5 +37,5 @@ def test_a_command_of_the_pages_builds_a_bench(words, tmp_path, monkeypatch):
         cfg = hydra.compose("config", words)
     bench = instantiate(cfg.backend)
     bench._refuse_emulator_settings()  # it names real ports, and what stands there goes with them
-    for stage in cfg.stage.values():
-        instantiate(stage)
+    stages = [instantiate(stage) for stage in cfg.stage.values()]
+    assert isinstance(bench, SerialPort) and stages

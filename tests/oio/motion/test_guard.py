@@ -146,10 +146,11 @@ STEPS = st.one_of(
 )
 
 
-@pytest.mark.parametrize("words", ARMS)
-def test_no_sequence_of_commands_leaves_limits_box_and_speeds(made, words):
-    @settings(max_examples=40)
-    @given(st.lists(STEPS, min_size=5, max_size=40))
+def assert_obeys(made, words, examples, most):
+    """`Caller.look` asserts the limits after every step."""
+
+    @settings(max_examples=examples)
+    @given(st.lists(STEPS, min_size=5, max_size=most))
     def obeys(steps):
         caller = Caller(*made(*words))
         for what, *how in steps:
@@ -157,20 +158,17 @@ def test_no_sequence_of_commands_leaves_limits_box_and_speeds(made, words):
             caller.look()
 
     obeys()
+
+
+@pytest.mark.parametrize("words", ARMS)
+def test_no_sequence_of_commands_leaves_limits_box_and_speeds(made, words):
+    assert_obeys(made, words, examples=40, most=40)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("words", ARMS)
 def test_no_sequence_of_thousands_either(made, words):
-    @settings(max_examples=2000)
-    @given(st.lists(STEPS, min_size=5, max_size=60))
-    def obeys(steps):
-        caller = Caller(*made(*words))
-        for what, *how in steps:
-            getattr(caller, what)(*how)
-            caller.look()
-
-    obeys()
+    assert_obeys(made, words, examples=2000, most=60)
 
 
 @pytest.mark.parametrize("words", ARMS)
