@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import norm, truncnorm
 
@@ -40,10 +40,11 @@ def test_far_below_the_limit_it_tells_nothing(a, sigma):
     assert -1e-5 < square(a * sigma, sigma) <= 0.0
 
 
+@example(miss=0.0, sigma=7.392083119346717)  # the C library's pow, behind Python's **, is off by the last bit here
 @given(misses, sigmas)
 def test_values_stay_as_they_are(miss, sigma):
     z, s, no = np.array([miss]), np.array([sigma]), np.array([False])
-    assert residual(z, s, no)[0] == miss and variance(z, s, no)[0] == sigma**2
+    assert residual(z, s, no)[0] == miss and variance(z, s, no)[0] == sigma * sigma
 
 
 @given(st.floats(-20.0, 8.0), st.floats(0.1, 10.0), st.floats(0.05, 0.95))
