@@ -50,21 +50,11 @@ class VelocityProcess:
         return self.memory_s * (lost * velocity + self.sd_m_s * spread * rng.standard_normal(velocity.shape)), velocity
 
 
-def aged_plume(
-    age_s: Array,
-    source_m: Array,
-    wind_m_s: Array,
-    meander_m_s: Array,
-    own: VelocityProcess,
-    shared: VelocityProcess,
-    rng: np.random.Generator,
-) -> tuple[Array, Array]:
-    """Draw positions (n, 3) m and own velocities (n, 3) m/s of puffs of age_s (n,), evenly spaced from 0; present meander (3,) m/s."""
-    displacements, velocities = own.since(age_s, rng)
+def plume_sway(age_s: Array, meander_m_s: Array, shared: VelocityProcess, rng: np.random.Generator) -> Array:
+    """Draw the displacements (n, 3) m by the shared velocity of puffs of age_s (n,), evenly spaced from 0; present meander (3,) m/s."""
     dt_s = float(age_s[1]) if len(age_s) > 1 else 1.0
     normals = rng.standard_normal((len(age_s), 3))
-    sway = _sway(normals, meander_m_s, shared.keep(dt_s), shared.kick_m_s(dt_s), shared.half_s(dt_s))
-    return source_m + age_s[:, None] * wind_m_s + sway + displacements, velocities
+    return _sway(normals, meander_m_s, shared.keep(dt_s), shared.kick_m_s(dt_s), shared.half_s(dt_s))
 
 
 @compiled

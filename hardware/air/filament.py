@@ -1,17 +1,19 @@
 """Filament model of a plume (Farrell, Murlis, Long, Li, Carde 2002, Environ. Fluid Mech. 2:143): intermittent, as real plumes are.
 
-The source releases Gaussian puffs at a constant rate. Each is carried by the mean wind, by a meander that all puffs share, and by a
+Every source releases Gaussian puffs at a constant rate, of an amount of gas that its emission sets. Each is carried by the mean wind, by a meander that all puffs share, and by a
 velocity of its own; both are Ornstein-Uhlenbeck processes, discretised so that the dispersion does not depend on the step. Puffs grow by
-sigma^2 = sigma_0^2 + 2 D age. A puff is removed when it is too old or too far away. Free space: no table, no walls, no arm.
+sigma^2 = sigma_0^2 + 2 D age. A puff is removed when it is too old or too far away. Free space: `hardware.air.bodies` puts walls into it.
 A developed plume is drawn, not simulated: see `hardware.air.aged_plume`.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from hardware.air import puffs
-from hardware.air.aged_plume import VelocityProcess, aged_plume
+from hardware.air.aged_plume import VelocityProcess, plume_sway
+from hardware.air.emitter import Emitter
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 
@@ -44,16 +46,17 @@ class Filament:
 
 
 class LiveFilament:
-    """Puffs of one source; memory is bounded by puffs_per_s * age_s."""
+    """Puffs of the open sources; memory is bounded by puffs_per_s * age_s for each."""
 
     def __init__(self, air: Filament, wind_rad: float, rng: np.random.Generator) -> None:
-        self._air, self._rng = air, rng
+        self._air, self._rng, self._wind_rad = air, rng, wind_rad
         self.wind_m_s = air.wind_m_s * np.array([math.cos(wind_rad), math.sin(wind_rad), 0.0])
         self._own, self._shared = VelocityProcess(air.turbulence_m_s, air.eddy_s), VelocityProcess(air.meander_m_s, air.meander_s)
         self._meander = air.meander_m_s * rng.standard_normal(3)
-        self._puffs = puffs.table(int(air.puffs_per_s * (air.age_s + 1)) + 2)
-        self._count, self._puffs_due = 0, 0.0
-        self._source_m: Array | None = None
+        self._per_source = int(air.puffs_per_s * (air.age_s + 1)) + 2
+        self._puffs = puffs.table(self._per_source)
+        self._count, self._puffs_due, self._released, self._t_s = 0, 0.0, 0, 0.0
+        self._emitters: tuple[Emitter, ...] = ()
         self._puff_ml = 0.0
 
     @property
@@ -62,16 +65,37 @@ class LiveFilament:
         return self._puffs[:3, : self._count].T.astype(np.float64)
 
     def present(self, source_m: Array | None, emission_ml_s: float) -> None:
-        """Replace the source: the old gas is removed, and the new plume has developed for `spin_up_s`."""
+        """Replace all sources by a point, or by none: the old gas is removed, and the new plume has developed for `spin_up_s`."""
+        self.emit(() if source_m is None else (Emitter(source_m, emission_ml_s),))
+
+    def emit(self, emitters: Sequence[Emitter]) -> None:
+        """Replace all sources; their puffs share the wind and the meander, present and past, and each has a velocity of its own."""
         air = self._air
-        self._source_m, self._puff_ml = source_m, emission_ml_s / air.puffs_per_s
-        self._count, self._puffs_due = 0, 0.0
+        self._emitters = tuple(emitters)
+        self._puff_ml = max((e.rate_ml_s for e in emitters), default=0.0) / air.puffs_per_s
+        self._count, self._puffs_due, self._released, self._t_s = 0, 0.0, 0, 0.0
+        if self._puffs.shape[1] < len(emitters) * self._per_source:
+            self._puffs = puffs.table(len(emitters) * self._per_source)
         self._meander = self._shared.later(self._meander, air.spin_up_s, self._rng)
-        if source_m is not None:
-            age_s = np.arange(round(min(air.spin_up_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
-            places, velocities = aged_plume(age_s, source_m, self.wind_m_s, self._meander, self._own, self._shared, self._rng)
-            self._add(places, velocities, age_s)
+        age_s = np.arange(round(min(air.spin_up_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
+        sway: Array | None = None
+        for emitter in emitters:
+            displacements, velocities = self._own.since(age_s, self._rng)
+            sway = plume_sway(age_s, self._meander, self._shared, self._rng) if sway is None else sway
+            start = emitter.place_m + emitter.shape.offsets_m(-len(age_s), len(age_s))
+            self._add(start + age_s[:, None] * self.wind_m_s + sway + displacements, velocities, age_s, self._amount(emitter, -age_s))
+        if emitters:
             self._remove_and_grow()
+
+    def set_wind(self, speed_m_s: float, turned_rad: float, lift_m_s: float) -> None:
+        """Change the mean wind from now on; `turned_rad` is counted from the direction that was drawn when the air was opened."""
+        angle = self._wind_rad + turned_rad
+        self.wind_m_s = np.array([speed_m_s * math.cos(angle), speed_m_s * math.sin(angle), lift_m_s])
+
+    def set_meander(self, sd_m_s: float, memory_s: float) -> None:
+        """Change the velocity that all puffs share from now on: its standard deviation per axis and its correlation time."""
+        self._meander = self._meander * (sd_m_s / self._shared.sd_m_s) if self._shared.sd_m_s > 0.0 else self._meander
+        self._shared = VelocityProcess(sd_m_s, memory_s)
 
     def step(self, dt_s: float) -> None:
         """Advance by dt_s: move, grow, remove and release puffs."""
@@ -80,22 +104,33 @@ class LiveFilament:
         bits = self._rng.bit_generator.random_raw(count)
         carried_m = (self.wind_m_s + self._meander) * dt_s
         puffs.carry(self._puffs, count, bits, carried_m, own.keep(dt_s), own.kick_m_s(dt_s), own.half_s(dt_s), dt_s)
-        if self._source_m is not None:
-            self._release(self._source_m, dt_s)
+        self._t_s += dt_s
+        if self._emitters:
+            self._release(dt_s)
         self._remove_and_grow()
 
-    def _release(self, source_m: Array, dt_s: float) -> None:
+    def _release(self, dt_s: float) -> None:
         self._puffs_due += dt_s * self._air.puffs_per_s
         fresh = int(self._puffs_due)
         self._puffs_due -= fresh
-        self._add(source_m, self._air.turbulence_m_s * self._rng.standard_normal((fresh, 3)), np.zeros(fresh))
+        now_s = np.full(fresh, self._t_s)
+        for emitter in self._emitters:
+            velocities = self._air.turbulence_m_s * self._rng.standard_normal((fresh, 3))
+            places = emitter.place_m + emitter.shape.offsets_m(self._released, fresh)
+            self._add(places, velocities, np.zeros(fresh), self._amount(emitter, now_s))
+        self._released += fresh
 
-    def _add(self, place_m: Array, velocity_m_s: Array, age_s: Array) -> None:
-        """Add puffs at place_m (n, 3) or (3,) with velocity_m_s (n, 3) and age_s (n,)."""
+    def _amount(self, emitter: Emitter, t_s: Array) -> Array:
+        """Gas in the puffs that an emitter releases at t_s (n,), over that of the strongest source at its full rate."""
+        return emitter.rate_ml_s / (self._puff_ml * self._air.puffs_per_s) * emitter.release.share(t_s) if self._puff_ml else np.zeros(len(t_s))
+
+    def _add(self, places_m: Array, velocities_m_s: Array, age_s: Array, amount: Array) -> None:
+        """Add puffs at places_m (n, 3) with velocities_m_s (n, 3), age_s (n,) and relative amount of gas (n,)."""
         new = slice(self._count, self._count + len(age_s))
-        self._puffs[:3, new] = np.atleast_2d(place_m).T
-        self._puffs[3:6, new] = velocity_m_s.T
+        self._puffs[:3, new] = places_m.T
+        self._puffs[3:6, new] = velocities_m_s.T
         self._puffs[puffs.AGE, new] = age_s
+        self._puffs[puffs.AMOUNT, new] = amount
         self._count = new.stop
 
     def _remove_and_grow(self) -> None:

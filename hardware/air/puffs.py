@@ -1,7 +1,7 @@
 """Puff table of one source in float32, and the compiled loops over it, where the simulator spends most of its time.
 
-Rows of the table (ROWS, capacity): position [m], own velocity [m/s], age [s], sharpness 1 / 2 sigma^2 [1/m^2],
-peak (2 pi sigma^2)^-1.5 [1/m^3], and the contribution [1/m^3] to the last density.
+Rows of the table (ROWS, capacity): position [m], own velocity [m/s], age [s], relative amount of gas, sharpness 1 / 2 sigma^2 [1/m^2],
+peak (amount times (2 pi sigma^2)^-1.5) [1/m^3], and the contribution [1/m^3] to the last density.
 The loops have no branch and no call, so that the compiler vectorises them, and they sum in sixteen lanes, so that the sum is the same on
 every processor.
 """
@@ -15,7 +15,7 @@ from oio.core.compiled import compiled_like_numpy
 from oio.core.records import Array
 
 Table = NDArray[np.float32]
-ROWS, AGE, SHARP, PEAK, SHARE = 10, 6, 7, 8, 9
+ROWS, AGE, AMOUNT, SHARP, PEAK, SHARE = 11, 6, 7, 8, 9, 10
 LANES = 16
 _MEAN, _SD = np.float32(3 * 63.5), math.sqrt(3 * (128**2 - 1) / 12)  # mean and standard deviation of the sum of three 7-bit random numbers
 FAR = np.float32(12.5)  # five sigma: farther away a puff adds less than 4e-6 of its peak
@@ -64,7 +64,7 @@ def forget(puffs: Table, count: int, oldest_s: float, farthest_m: float) -> int:
             i += 1
         else:
             count -= 1
-            for row in range(AGE + 1):
+            for row in range(AMOUNT + 1):
                 puffs[row, i] = puffs[row, count]
     return count
 
@@ -72,13 +72,13 @@ def forget(puffs: Table, count: int, oldest_s: float, farthest_m: float) -> int:
 @compiled_like_numpy
 def grow(puffs: Table, count: int, fresh_m2: float, growth_m2_s: float) -> None:
     """Update sharpness and peak from sigma^2 = fresh + growth * age."""
-    age, sharp, peak = puffs[AGE], puffs[SHARP], puffs[PEAK]
+    age, amount, sharp, peak = puffs[AGE], puffs[AMOUNT], puffs[SHARP], puffs[PEAK]
     fresh, growth, half = np.float32(fresh_m2), np.float32(growth_m2_s), np.float32(0.5)
     unit = np.float32((2.0 * np.pi) ** -1.5)
     for i in range(count):
         inverse = _ONE / (fresh + growth * age[i])
         sharp[i] = half * inverse
-        peak[i] = unit * inverse * np.sqrt(inverse)
+        peak[i] = unit * inverse * np.sqrt(inverse) * amount[i]
 
 
 @compiled_like_numpy

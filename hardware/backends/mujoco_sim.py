@@ -12,6 +12,7 @@ import numpy as np
 
 from hardware.simulation.plant import Plant
 from hardware.simulation.plant_spec import PlantSpec
+from hardware.simulation.world_changes import WorldChanges
 from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, GasSample, WorldSample, nanoseconds, seconds
 from oio.core.seeds import Seeds
@@ -33,6 +34,7 @@ class MujocoSim:
     air: Air
     beacon: Source
     source: Source
+    changes: WorldChanges
     safety: SafetyLimits
     background_ppm: float
     emission_ml_s: float
@@ -75,7 +77,7 @@ class MujocoSim:
         return PlantSpec(
             arm=self.arm, sensor=self.sensor, air=self.air, beacon=self.beacon, source=self.source, seeds=self.seeds,
             background_ppm=self.background_ppm, emission_ml_s=self.emission_ml_s, period_s=self.joint_period_s, air_every=self.air_every,
-            encoder_counts=self.encoder_counts,
+            encoder_counts=self.encoder_counts, changes=self.changes,
         )  # fmt: skip
 
 

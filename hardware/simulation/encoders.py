@@ -14,6 +14,7 @@ class Encoders:
 
     def __init__(self, accel: Array, homing: Array, step_rad: float) -> None:
         self._half_accel, self._homing, self._step = 0.5 * accel, homing, step_rad
+        self._more, self._more_since_s = 0.0, 0.0  # additional drift, over the drift drawn, and when it began
         self.offset = homing  # present offset of the encoders from the joint angles (n,) rad
 
     @classmethod
@@ -26,6 +27,12 @@ class Encoders:
     def drift(self, t_s: float) -> None:
         """Update the offset to time t_s."""
         self.offset = self._homing + self._half_accel * (t_s * t_s)
+        if self._more:
+            self.offset = self.offset + self._more * self._half_accel * (t_s - self._more_since_s) ** 2
+
+    def worsen(self, factor: float, t_s: float) -> None:
+        """Multiply the drift acceleration by a factor from t_s on."""
+        self._more, self._more_since_s = factor - 1.0, t_s
 
     def read(self, q_true: Array) -> Array:
         """Return the quantised angles (n,) rad of true angles (n,) rad."""

@@ -6,17 +6,28 @@ sensor is exposed.
 """
 
 import math
+from typing import Protocol, runtime_checkable
 
 import mujoco
 import numpy as np
 
 from hardware.simulation.encoders import Encoders
+from hardware.simulation.live_room import LiveRoom
 from hardware.simulation.mujoco_model import compile_model, nose_site, servo_of
 from hardware.simulation.plant_spec import PlantSpec
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array, Truth, nanoseconds, seconds
 
 END_STOP_RAD = math.radians(0.5)  # a joint this close to an end of its range is at its stop
+
+
+@runtime_checkable
+class LagChanges(Protocol):
+    """Optional protocol of a sensor specimen whose lag can change."""
+
+    def scale_lag(self, factor: float) -> None:
+        """Multiply the time constants by a factor from now on."""
+        ...
 
 
 class Plant:
@@ -26,13 +37,13 @@ class Plant:
 
     def __init__(self, spec: PlantSpec, warned: list[str]) -> None:
         self._spec, self._warned, self._ticks = spec, warned, 0
-        self._model, self.mjcf = compile_model(spec.arm)
+        self._model, self.mjcf = compile_model(spec.simulated_arm)
         self._data = mujoco.MjData(self._model)
         self.tick_ns, self._substeps = nanoseconds(spec.period_s), _substeps(spec.period_s, self._model.opt.timestep)
         truth, arm = spec.seeds, spec.arm
         self._encoders = Encoders.drawn(spec.arm, spec.seeds, spec.encoder_counts)
         self._specimen = spec.sensor.unit(truth.rng("truth", "specimen"), truth.rng("measurement", "sensor"))
-        self._air = spec.air.open(truth.rng("truth", "air"), truth.rng("disturbance", "air"))
+        self._room = LiveRoom(spec.air.open(truth.rng("truth", "air"), truth.rng("disturbance", "air")), spec.changes, spec.background_ppm)
         self.places = {
             "none": None,
             "beacon": spec.beacon.placed("beacon", arm, truth.rng("truth", "beacon")),
@@ -47,11 +58,8 @@ class Plant:
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._hinges = np.array([self._model.joint(name).id for name in arm.names])
         self._servos = np.array([servo_of(self._model, name) for name in arm.names])
-        self._nose_m, self._angles, self._ctrl = (
-            self._data.site(nose_site(arm)).xpos,
-            self._data.qpos,
-            self._data.ctrl,
-        )  # views of the live data
+        self._site, self._angles, self._ctrl = self._data.site(nose_site(arm)), self._data.qpos, self._data.ctrl  # views of the live data
+        self._links = self._model.jnt_bodyid[self._hinges]
         self._torque = np.zeros(arm.dof)
         self._settle_at_home()
 
@@ -90,7 +98,24 @@ class Plant:
         if source not in self.places:
             raise BadInput(f"present('{source}') was asked for, but a world has {', '.join(self.places)}.")
         self._open_source = source
-        self._air.present(self.places[source], self.strengths[source] * self._spec.emission_ml_s)
+        before = self._room.changed
+        self._room.present(source, self.places[source], self.strengths[source] * self._spec.emission_ml_s)
+        if self._room.changed and not before:
+            self._begin_changes()
+
+    def _begin_changes(self) -> None:
+        changes = self._spec.changes
+        self._encoders.worsen(changes.drift_factor, seconds(self.t_ns))
+        if changes.lag_factor != 1.0:
+            if not isinstance(self._specimen, LagChanges):
+                raise BadInput(f"world.lag_factor is {changes.lag_factor:g}, but the lag of this sensor cannot change. Type world.lag_factor=1.")
+            self._specimen.scale_lag(changes.lag_factor)
+
+    def _nose_m(self) -> Array:
+        """True position of the nose (3,) m."""
+        if not self._room.changed or not any(self._spec.changes.nose_offset_m):
+            return np.asarray(self._site.xpos)
+        return np.asarray(self._site.xpos + self._site.xmat.reshape(3, 3) @ np.array(self._spec.changes.nose_offset_m))
 
     def tick(self, set_point: Array) -> None:
         """Advance one control period with the servos' set-point (n,) rad, in encoder angles."""
@@ -103,8 +128,10 @@ class Plant:
     def _expose_sensor(self) -> None:
         spec = self._spec
         if self._ticks % spec.air_every == 0:
-            self._air.step(spec.air_every * spec.period_s)
-        before, self._ppm = self._ppm, spec.background_ppm + self._air.ppm(self._nose_m)
+            self._room.step(spec.air_every * spec.period_s)
+        nose_m = self._nose_m()
+        joints_m = np.vstack([self._data.xpos[self._links], nose_m]) if self._room.casts_shadow else None
+        before, self._ppm = self._ppm, self._room.ppm(nose_m, joints_m)
         self._specimen.step(0.5 * (before + self._ppm), spec.period_s)  # mean over the tick: else the gas leads the nose by half a tick
 
     def encoders(self) -> Array:
@@ -134,7 +161,7 @@ class Plant:
         """True state at present."""
         place = self.places[self._open_source]
         source = np.full(3, np.nan) if place is None else place
-        return Truth(self.t_ns, self._angles[self._joints], self._nose_m, source, self._ppm)
+        return Truth(self.t_ns, self._angles[self._joints], self._nose_m(), source, self._ppm)
 
 
 def _substeps(period_s: float, timestep_s: float) -> int:

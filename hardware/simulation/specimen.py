@@ -132,6 +132,11 @@ class Specimen:
             tau = (d.tau_rise_s if ppm > element.lagged_ppm else d.tau_fall_s) * element.tau_factor
             element.lagged_ppm += (1.0 - math.exp(-dt_s / tau)) * (ppm - element.lagged_ppm)
 
+    def scale_lag(self, factor: float) -> None:
+        """Multiply the time constants by a factor from now on."""
+        for element in self._elements:
+            element.tau_factor *= factor
+
     def sample(self, element: int, t_s: float) -> float:
         """Return the raw value at t_s; repeated until the element's update period has passed."""
         e, sensor = self._elements[element], self._sensor

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.range_law import LAW, SX, SY, SZ, concentration_at
+from oio.gas.range_law import KX, LAW, LN_STRENGTH, SX, SY, SZ, concentration_at
 from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
 
 
@@ -38,6 +38,19 @@ class Lag(NamedTuple):
     fall_s: float
 
 
+class Knots(NamedTuple):
+    """Extension of the law: a second source or none, and the knots [s] of what changes with time, piecewise linear between them.
+
+    Parameters are the second source (3) m and its ln strength over the first's; then the changes at all knots but the first, of ln
+    strength, wind (3 each) and background.
+    """
+
+    second_source: bool
+    strength_s: Array
+    wind_s: Array
+    background_s: Array
+
+
 class ExpectedPath(NamedTuple):
     """Result of `predict_readings`."""
 
@@ -50,20 +63,23 @@ class ExpectedPath(NamedTuple):
 
 @compiled
 def predict_readings(
-    theta: Array, path: SensedPath, first_ppm: float, chain: AdjointChain, law: LawScale, lag: Lag, want_rows: bool
+    theta: Array, path: SensedPath, first_ppm: float, chain: AdjointChain, law: LawScale, lag: Lag, knots: Knots, want_rows: bool
 ) -> ExpectedPath:
     """Predict the readings at theta (P,), with Jacobian and field along the path. The first reading `first_ppm` initialises the lag."""
     t, q, at, element = path
     k, n, m, width = len(t), q.shape[1], len(at), LAW + 2 * q.shape[1]
-    elements = (len(theta) - width - 1) // 2
-    gains, offsets, factor = np.exp(theta[width : width + elements]), theta[width + elements + 1 :], np.exp(theta[width + elements])
+    of_field, of_background = 4 * int(knots.second_source), max(len(knots.background_s) - 1, 0)
+    of_field += max(len(knots.strength_s) - 1, 0) + 3 * max(len(knots.wind_s) - 1, 0)
+    size = len(theta) - of_field - of_background  # without the extension
+    elements = (size - width - 1) // 2
+    gains, offsets, factor = np.exp(theta[width : width + elements]), theta[width + elements + 1 : size], np.exp(theta[width + elements])
     h, rows, gain, along = np.empty(m), np.zeros((m if want_rows else 0, len(theta))), np.empty(m), np.empty((6, k))
-    grad = np.empty((k if want_rows else BLOCK, LAW + n))
-    _field_along_path(theta, t, q, chain, law, along, grad, want_rows)
+    grad = np.empty((k if want_rows else BLOCK, LAW + n + of_field))
+    _field_along_path(theta, t, q, chain, law, (knots, size), along, grad, want_rows)
     e = element[0]
     initial = max((first_ppm - offsets[e]) / gains[e], 0.0)
     f, df_tau, remaining, reading = initial, 0.0, 1.0, 0
-    previous, df = np.empty(width), np.zeros(width)
+    previous, df = np.empty(width + of_field), np.zeros(width + of_field)
     for i in range(k):
         c, dt = along[0, i], along[4, i]
         c0 = along[0, max(i - 1, 0)]
@@ -80,10 +96,17 @@ def predict_readings(
             g = gains[element[reading]]
             h[reading], gain[reading] = g * f, g
             if want_rows:
-                _store_derivatives(rows[reading], df, g, g * f, g * df_tau, element[reading], elements)
+                _store_derivatives(rows[reading], df, g, g * f, g * df_tau, element[reading], (width, elements))
                 if initial > 0.0:  # share of the lag's initial state (z_0 - b) / g that remains
                     rows[reading, width + elements + 1 + e] -= g * remaining / gains[e]
                     rows[reading, width + e] -= g * remaining * initial
+            if of_background:
+                first, left, right = _between_knots(knots.background_s, t[i])
+                for j, share in ((first - 1, left), (first, right)):
+                    if 0 <= j < of_background:
+                        h[reading] += g * share * theta[size + of_field + j]
+                        if want_rows:
+                            rows[reading, size + of_field + j] = g * share
             reading += 1
     if reading < m:
         raise ValueError("readings must lie on the path, in the order of time")
@@ -91,22 +114,111 @@ def predict_readings(
 
 
 @compiled
-def _store_derivatives(row: Array, df: Array, gain: float, h: float, by_tau: float, element: int, elements: int) -> None:
-    """Fill the Jacobian row (P,) of a reading: law and joints from `df` (width,), then lag, gain and offset of its element."""
-    width = len(df)
+def _store_derivatives(row: Array, df: Array, gain: float, h: float, by_tau: float, element: int, layout: tuple[int, int]) -> None:
+    """Fill the Jacobian row (P,) of a reading: law and joints from `df`, then lag, gain and offset of its element, and the extension."""
+    width, elements = layout
     for j in range(width):
         row[j] = gain * df[j]
+    for j in range(width, len(df)):
+        row[2 * elements + 1 + j] = gain * df[j]
     row[width + elements] = by_tau
     row[width + element] += h
     row[width + elements + 1 + element] += 1.0
 
 
 @compiled
+def _between_knots(knots_s: Array, t: float) -> tuple[int, float, float]:
+    """The knot before t, and the weights of it and of the next; constant beyond the ends."""
+    last = len(knots_s) - 1
+    if t <= knots_s[0]:
+        return 0, 1.0, 0.0
+    if t >= knots_s[last]:
+        return last, 1.0, 0.0
+    j = 0
+    while knots_s[j + 1] < t:
+        j += 1
+    right = (t - knots_s[j]) / (knots_s[j + 1] - knots_s[j])
+    return j, 1.0 - right, right
+
+
+@compiled
+def _law_at(theta: Array, knots: Knots, size: int, t: float, law: Array) -> None:
+    """Fill law (LAW,) with the parameters of the range law at time t."""
+    for j in range(LAW):
+        law[j] = theta[j]
+    at = size + 4 * int(knots.second_source)
+    if len(knots.strength_s) > 1:
+        first, left, right = _between_knots(knots.strength_s, t)
+        for j, share in ((first - 1, left), (first, right)):
+            if 0 <= j < len(knots.strength_s) - 1:
+                law[LN_STRENGTH] += share * theta[at + j]
+        at += len(knots.strength_s) - 1
+    if len(knots.wind_s) > 1:
+        first, left, right = _between_knots(knots.wind_s, t)
+        for j, share in ((first - 1, left), (first, right)):
+            if 0 <= j < len(knots.wind_s) - 1:
+                for a in range(3):
+                    law[KX + a] += share * theta[at + 3 * j + a]
+
+
+@compiled
+def _extend(
+    theta: Array, knots: Knots, size: int, t: float, place: tuple[float, float, float], law: Array, scale: LawScale,
+    field: tuple[float, float, float], grad: Array, row: Array, other: Array,
+) -> tuple[float, float, float]:  # fmt: skip
+    """c, r and rarity with the second source; adds the derivatives of ln c by the extension to the row, which begins at `at`.
+
+    `field`, `grad` (LAW,): those of the first source alone. The derivative by the nose position is left in grad[SX:SZ+1], negative.
+    """
+    c, r, rarity = field
+    at, share = 0, 1.0
+    if knots.second_source:
+        for j in range(LAW):
+            other[j] = law[j]
+        for a in range(3):
+            other[a] = theta[size + a]
+        other[LN_STRENGTH] = law[LN_STRENGTH] + theta[size + 3]
+        more = np.empty(LAW)
+        c2, r2, rarity2 = concentration_at(
+            place[0] - other[SX], place[1] - other[SY], place[2] - other[SZ], other, scale.r_ref_m, scale.radius_m, more
+        )
+        total = c + c2
+        share = c / total
+        c, r, rarity = total, share * r + (1.0 - share) * r2, share * rarity + (1.0 - share) * rarity2
+        for a in range(3):
+            row[a] = (1.0 - share) * more[a]
+        row[3] = 1.0 - share
+        for j in range(LAW):
+            grad[j] = share * grad[j] + ((1.0 - share) * more[j] if j > SZ else 0.0)
+        at = 4
+    if len(knots.strength_s) > 1:
+        count = len(knots.strength_s) - 1
+        row[at : at + count] = 0.0
+        first, left, right = _between_knots(knots.strength_s, t)
+        for j, weight in ((first - 1, left), (first, right)):
+            if 0 <= j < count:
+                row[at + j] = weight
+        at += count
+    if len(knots.wind_s) > 1:
+        count = len(knots.wind_s) - 1
+        row[at : at + 3 * count] = 0.0
+        first, left, right = _between_knots(knots.wind_s, t)
+        for j, weight in ((first - 1, left), (first, right)):
+            if 0 <= j < count:
+                for a in range(3):
+                    row[at + 3 * j + a] = weight * grad[KX + a]
+    return c, r, rarity
+
+
+@compiled
 def _field_along_path(
-    theta: Array, t: Array, q: Array, chain: AdjointChain, law: LawScale, along: Array, grad: Array, want_rows: bool
-) -> None:
-    """Fill the first five rows of `along`, and if requested the derivative of ln c by law and joint offsets (k, LAW + n)."""
+    theta: Array, t: Array, q: Array, chain: AdjointChain, law: LawScale, extension: tuple[Knots, int], along: Array, grad: Array,
+    want_rows: bool,
+) -> None:  # fmt: skip
+    """Fill the first five rows of `along`, and if requested the derivative of ln c by law, joint offsets and extension (k, LAW + n + X)."""
     k, n = q.shape
+    knots, base = extension
+    extended, at_t, other = grad.shape[1] > LAW + n, np.empty(LAW), np.empty(LAW)
     joints, frames, p = np.empty((n, BLOCK)), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK))
     gradient, by_q = np.empty((3, BLOCK)), np.empty((n, BLOCK))
     x0, y0, z0 = 0.0, 0.0, 0.0
@@ -123,10 +235,19 @@ def _field_along_path(
             if i == 0:
                 x0, y0, z0 = x, y, z
             row = grad[i if want_rows else b]
-            along[0, i], along[2, i], along[1, i] = concentration_at(
-                x - theta[SX], y - theta[SY], z - theta[SZ], theta, law.r_ref_m, law.radius_m, row
-            )
-            gradient[0, b], gradient[1, b], gradient[2, b] = row[SX], row[SY], row[SZ]
+            if not extended:
+                along[0, i], along[2, i], along[1, i] = concentration_at(
+                    x - theta[SX], y - theta[SY], z - theta[SZ], theta, law.r_ref_m, law.radius_m, row
+                )
+                gradient[0, b], gradient[1, b], gradient[2, b] = row[SX], row[SY], row[SZ]
+            else:
+                _law_at(theta, knots, base, t[i], at_t)
+                field = concentration_at(x - at_t[SX], y - at_t[SY], z - at_t[SZ], at_t, law.r_ref_m, law.radius_m, row)
+                along[0, i], along[2, i], along[1, i] = _extend(
+                    theta, knots, base, t[i], (x, y, z), at_t, law, field, row, row[LAW + n :], other
+                )
+                for a in range(3):  # of both sources: the nose moves against either
+                    gradient[a, b] = row[SX + a] + (row[LAW + n + a] if knots.second_source else 0.0)
             along[3, i] = np.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2) / max(dt, 1e-9)
             along[4, i] = dt
             x0, y0, z0 = x, y, z
@@ -150,11 +271,11 @@ def _lag_derivatives(
     df: Array, previous: Array, grad: Array, c: float, half_t2: float, phi: float, w0: float, w1: float, n: int, first: bool
 ) -> None:
     """Lag the derivatives: df follows dc = c grad as f follows c; `previous`: dc one step earlier. Drift acts as t^2 / 2 times offset."""
-    size = len(grad)
-    for j in range(size):
-        dc = c * grad[j]
-        df[j] = phi * df[j] + w0 * (dc if first else previous[j]) + w1 * dc
-        previous[j] = dc
+    size = LAW + n
+    for j in range(len(grad)):
+        dc, i = c * grad[j], j if j < size else j + n
+        df[i] = phi * df[i] + w0 * (dc if first else previous[i]) + w1 * dc
+        previous[i] = dc
     for j in range(n):
         dc = c * half_t2 * grad[LAW + j]
         df[size + j] = phi * df[size + j] + w0 * (dc if first else previous[size + j]) + w1 * dc

@@ -7,7 +7,7 @@ the noise is that of `oio.gas.fluctuation`.
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from oio.gas.fluctuation import PathField
 from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, THINNING, WIND, RangeLaw
 from oio.gas.trace import Sniffs
 from oio.inference.forward_kernel import ExpectedPath, Lag, LawScale, SensedPath, predict_readings
+from oio.inference.law_extension import UNEXTENDED, LawExtension
 from oio.inference.grid_search import grid_costs
 from oio.kinematics.arm import Arm
 
@@ -27,11 +28,17 @@ class ParameterLayout:
 
     dof: int
     elements: int
+    extra: int = 0  # parameters of an extension, at the end
+
+    @property
+    def base(self) -> int:
+        """Length of theta without an extension."""
+        return LAW + 2 * self.dof + 2 * self.elements + 1
 
     @property
     def size(self) -> int:
         """Length of theta."""
-        return LAW + 2 * self.dof + 2 * self.elements + 1
+        return self.base + self.extra
 
     law, source, strength, exponent, wind, thinning = slice(0, LAW), SOURCE, LN_STRENGTH, EXPONENT, WIND, THINNING
 
@@ -58,7 +65,7 @@ class ParameterLayout:
     @property
     def baseline(self) -> slice:
         """Offsets of the elements [ppm]."""
-        return slice(self.size - self.elements, self.size)
+        return slice(self.base - self.elements, self.base)
 
 
 _layout = functools.cache(ParameterLayout)
@@ -87,11 +94,12 @@ class Problem:
     fall_s: float
     mean: Array
     cov: Array
+    extension: LawExtension = field(default=UNEXTENDED)
 
     @property
     def layout(self) -> ParameterLayout:
         """Index layout of theta."""
-        return _layout(self.arm.dof, self.elements)
+        return _layout(self.arm.dof, self.elements, self.extension.size)
 
     def predict(self, theta: Array, want_rows: bool = True) -> Prediction:
         """Evaluate the forward model at theta (P,), with its Jacobian if `want_rows`."""
@@ -113,7 +121,7 @@ class Problem:
     def _forward(self, theta: Array, want_rows: bool) -> ExpectedPath:
         sn, lag = self.sniffs, Lag(self.rise_s, self.fall_s)
         return predict_readings(
-            theta, SensedPath(sn.t_s, sn.q, sn.at, sn.element), sn.ppm[0], self.arm.adjoint, self._scale, lag, want_rows
+            theta, SensedPath(sn.t_s, sn.q, sn.at, sn.element), sn.ppm[0], self.arm.adjoint, self._scale, lag, self.extension.knots, want_rows
         )
 
     @property
