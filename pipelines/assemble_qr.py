@@ -35,6 +35,7 @@ class AssembleQR:
             chosen=self._knowledge(found, noises[self.assembly]),
             paper=self._knowledge(found, noises["paper"]),
             cold=cold_prior(self.arm, self.range_law, self.process_noise, self.nominal),
+            cold_open=cold_prior(self.arm, self.range_law, self.process_noise, self.nominal, pinned=False),
             noise=noises[self.assembly],
             time_s=seconds(found.ended_ns - base.began_ns),
             error_ppm=found.error_ppm,

@@ -12,16 +12,17 @@ from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.inference.belief_map import BeliefMap
 from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
+from oio.inference.map_fit import CALIBRATED
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, Calibration, Navigation
 from oio.results.rescoring import Rescoring, Variant
-from oio.results.summary import Evaluation
-from oio.results.verdict import Findings, Limits, judge
+from oio.results.summary import Evaluation, Outcome
+from oio.results.verdict import Findings, Limits, judge, score
 from oio.runtime.context import Context
 from oio.search.stop_rule import StopRule
 
-COLD_MAPS = ("all", "last")
+COLD_MAPS, COLD = ("all", "last"), ("cold", "cold_open")
 
 
 @settings
@@ -55,20 +56,30 @@ class Evaluate:
             context.log.progress(context.world.t_ns, name, outcome.in_words())
         bound_m, posterior_bound_m = self._bounds(rerun, context.rng)
         effective = min(b.n_effective for b in context.need(BaselineResult).elements)
-        verdict = judge(Findings(outcomes["calibrated"], bound_m, effective, self.arm.dof, self._unseen(rerun)), self.limits)
+        verdict = judge(self._findings(rerun, outcomes["calibrated"], effective), self.limits)
+        scored = score(outcomes["calibrated"], bound_m, self.arm.dof, self.limits)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
-            outcomes["cold"], outcomes["calibrated"], outcomes.get("calibrated_paper_assembly"),
-            rerun.dead_reckoning_m, bound_m, posterior_bound_m, verdict, source, seconds(context.world.t_ns),
+            outcomes["cold"], outcomes["cold_open"], outcomes["calibrated"], outcomes.get("calibrated_paper_assembly"),
+            rerun.dead_reckoning_m, bound_m, posterior_bound_m, verdict, scored, source, seconds(context.world.t_ns),
         )  # fmt: skip
+
+    def _findings(self, rerun: Rescoring, outcome: Outcome, baseline_effective: float) -> Findings:
+        """What a bench can see."""
+        maps = rerun.variants["calibrated"].odometry.hypotheses
+        residuals, world = (maps[0].residuals, maps[0].world) if maps else (None, CALIBRATED)
+        return Findings(
+            outcome.found, outcome.moves, outcome.nis_mean, residuals, world, len(maps), baseline_effective, self.arm.dof, self._unseen(rerun)
+        )
 
     def _rerun(self, context: Context) -> Rescoring:
         known, search = context.need(Calibration), context.need(Navigation)
-        starts = {"calibrated": known.chosen, "cold": known.cold}
+        starts = {"calibrated": known.chosen, "cold": known.cold, "cold_open": known.cold_open}
         if self.paper_assembly:
             starts["calibrated_paper_assembly"] = known.paper
+        plain = self.belief_map.as_calibrated  # a search's own maps are on record, and the others show what calibration alone is worth
         variants = {
-            name: Variant(Odometry(self.ekf, at, self.belief_map), at is known.chosen, name == "cold" and self.cold_maps == "last")
+            name: Variant(Odometry(self.ekf, at, plain), at is known.chosen, name in COLD and self.cold_maps == "last")
             for name, at in starts.items()
         }
         rerun = Rescoring(variants, self.sensor, search, self.stop)

@@ -131,7 +131,7 @@ class MapBeliefs:
         own = sniffs.between(*span)
         place = np.array(self.beacon.position)
         # five measurements may leave a mirror point: that a map names both is no error of its covariance
-        refined = min(self.belief_map.locate(own, known), key=lambda fit: nees(fit.source - place, fit.source_cov))
+        refined = min(self.belief_map.as_calibrated.locate(own, known), key=lambda fit: nees(fit.source - place, fit.source_cov))
         centres, radii = range_spheres(own, law, self.arm, self.range_law, len(self.distances_m))
         try:
             point = vertex(centres, radii)

@@ -22,6 +22,7 @@ from oio.search.base import Strategy
 from oio.search.mapping_policy import MappingPolicy
 from oio.search.move_recorder import MoveRecorder
 from oio.search.stop_rule import StopRule
+from oio.search.verification import Verification
 from oio.search.view import Move, View
 
 
@@ -44,6 +45,7 @@ class Navigate:
     dwell_taus: float  # and so many lags on top
     standoff_m: float  # the nose keeps this far from where the source is believed
     stop: StopRule
+    verification: Verification
 
     def check(self) -> None:
         """Refuse a search that cannot begin or end."""
@@ -56,7 +58,7 @@ class Navigate:
         odometry = Odometry(self.ekf, context.need(Calibration).chosen, self.belief_map)
         recorder = self._recorder(context, odometry)
         began, maps, ends, moves = context.world.t_ns, list[tuple[int, tuple[Fit, ...]]](), list[int](), list[Move]()
-        declared, mapped = False, 0
+        declared, mapped, thorough_at = False, 0, 0
         while len(moves) < self.max_moves and seconds(context.world.t_ns - began) < self.max_s and not declared:
             try:
                 moves.append(self._move(context, odometry, recorder, tuple(moves)))
@@ -64,13 +66,16 @@ class Navigate:
                 break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
-            if self.mapping.due(moves, mapped, self._doubtful(odometry)) or self.stop.may_declare(odometry, tuple(moves)):
-                maps.append(self._map(context, odometry, len(moves)))
+            narrow = self.stop.may_declare(odometry, tuple(moves))
+            if self.mapping.due(moves, mapped, self._doubtful(odometry)) or narrow:
+                thorough = narrow or self.mapping.thorough(len(moves), thorough_at) or not odometry.consistent(self.stop.max_nis)
+                thorough_at = len(moves) if thorough else thorough_at
+                maps.append(self._map(context, odometry, len(moves), thorough))
                 mapped = len(moves)
                 declared = self.stop.may_declare(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         if mapped < len(moves) and len(odometry.trace) > 1:  # the last word is that of a map of everything
-            maps.append(self._map(context, odometry, len(moves)))
+            maps.append(self._map(context, odometry, len(moves), thorough=True))
             declared = self.stop.may_declare(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         source = odometry.source()
@@ -87,14 +92,16 @@ class Navigate:
     def _doubtful(self, odometry: Odometry) -> bool:
         return len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.max_nis)
 
-    def _map(self, context: Context, odometry: Odometry, moves: int) -> tuple[int, tuple[Fit, ...]]:
-        fits = odometry.locate(moves)
+    def _map(self, context: Context, odometry: Odometry, moves: int, thorough: bool) -> tuple[int, tuple[Fit, ...]]:
+        fits = odometry.locate(moves, thorough=thorough)
         self._log_belief(context, odometry)
         return context.world.t_ns, fits
 
     def _move(self, context: Context, odometry: Odometry, recorder: MoveRecorder, moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
-        goal = self.search.propose(self._view(odometry, moves, dwell_s), context.rng)
+        view = self._view(odometry, moves, dwell_s)
+        check = self.verification.propose(view, context.rng)
+        goal = self.search.propose(view, context.rng) if check is None else check
         recorder.begin()
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             if isinstance(sensed, JointState):
@@ -109,10 +116,10 @@ class Navigate:
     def _view(self, odometry: Odometry, moves: tuple[Move, ...], dwell_s: float) -> View:
         """What the strategy sees: no belief while the plume is lost."""
         believed = (None, ()) if self.mapping.lost(moves) else (odometry.belief, odometry.hypotheses)
-        return View(self.arm, odometry.prior.model, *believed, moves, dwell_s, self.standoff_m, odometry.prior.mean[:LAW])
+        return View(self.arm, odometry.model, *believed, moves, dwell_s, self.standoff_m, odometry.prior.mean[:LAW])
 
     def _log_belief(self, context: Context, odometry: Odometry) -> None:
-        belief, nose, model = odometry.belief, odometry.nose(), odometry.prior.model
+        belief, nose, model = odometry.belief, odometry.nose(), odometry.model
         if belief is not None and nose is not None:
             context.log.estimate(belief, model.names, model.units)
             context.log.odometry(belief.t_ns, *nose)

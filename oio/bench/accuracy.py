@@ -20,7 +20,7 @@ from oio.cli.table_1 import table_1
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF
 
-GROUPS = ("sensor", "air", "search", "ekf")
+GROUPS = ("sensor", "air", "search", "ekf", "world")
 PER_JOB = 4  # batch size of a worker: mostly trials of one case, so that it seldom composes another
 TABLE, TRIALS, FIGURE = "accuracy.csv", "trials.csv", "accuracy.png"
 
@@ -57,7 +57,7 @@ def plan_cases(words: Arguments) -> Plan:
     keys = {key: words.several(key) for key in GROUPS}
     if min(words.wholes("dof")) < 3:
         raise BadInput(f"dof={words.own['dof']} was given, but a position takes three joints at least. Type e.g. dof=3,5.")
-    combinations = itertools.product(keys["sensor"], keys["air"], words.wholes("dof"), keys["search"], keys["ekf"])
+    combinations = itertools.product(keys["sensor"], keys["air"], words.wholes("dof"), keys["search"], keys["ekf"], keys["world"])
     cases = tuple(Case(*values) for values in combinations)
     cfg, _ = composed_trial((*cases[0].words, *words.overrides))
     for case in _cases_to_check(cases, keys):

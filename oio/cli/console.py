@@ -12,6 +12,7 @@ from rich.table import Table
 
 OUTCOMES = {
     "cold": "cold start",
+    "cold_open": "cold start, open",
     "calibrated": "calibrated",
     "calibrated_paper_assembly": "with the paper's Q, R",
 }
@@ -65,9 +66,14 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
     if document["bound_m"] is not None:
         console.print(_bounds(document))
     colour = {"PASS": "green", "WARN": "yellow", "FAIL": "red"}[document["verdict"]]
-    console.print(f"verdict [bold {colour}]{document['verdict']}[/]{_coverage(document)}")
+    console.print(f"verdict [bold {colour}]{document['verdict']}[/], from what a bench can see")
     for reason in document["reasons"]:
         console.print(f"  - {reason}", markup=False)
+    scored = document["scored"]
+    if scored is not None and scored["word"] != "unknown":
+        console.print(f"scored {scored['word']}, against the truth{_coverage(document)}")
+        for reason in scored["reasons"]:
+            console.print(f"  - {reason}", markup=False)
     console.print(where, markup=False)
 
 

@@ -14,7 +14,7 @@ from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 from oio.inference.state_space import StateSpace
 
-NIS_WINDOW, NIS_LEAST = 50, 10  # readings
+NIS_WINDOW, NIS_LEAST = 30, 10  # readings
 UNINFORMATIVE_PPM = 1e6  # standard uncertainty of a reading that no gate refuses
 
 
@@ -23,6 +23,7 @@ class Odometry:
 
     def __init__(self, estimator: Estimator, prior: Prior, belief_map: BeliefMap) -> None:
         self.prior, self._estimator, self._map = prior, estimator, belief_map
+        self.model = prior.model  # that of the world which the best hypothesis assumes
         self.trace = belief_map.trace()
         self.hypotheses: tuple[Fit, ...] = ()
         self.belief: Belief | None = None
@@ -45,27 +46,27 @@ class Odometry:
             self.trace.reading(reading)
         if self.belief is None:
             return None
-        self.belief, innovation = self._estimator.update(self.prior.model, self.belief, reading)
+        self.belief, innovation = self._estimator.update(self.model, self.belief, reading)
         if not reading.missed:  # its innovation is gated and zero, and would make the filter look consistent
             self._nis.append(innovation.nis)
         return innovation
 
-    def locate(self, measurements: int, made: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
+    def locate(self, measurements: int, made: tuple[Fit, ...] = (), thorough: bool = True) -> tuple[Fit, ...]:
         """Fit the belief map to the whole trace of so many measurements, and restart the filter from its best hypothesis.
 
         `made` is the result of this very fit if it is known, as it is when the log of a search is scored again.
         """
         assert self._fed is not None
-        self.hypotheses = made or self._map.locate(self.trace.as_arrays(), self.prior, self.hypotheses)
+        self.hypotheses = made or self._map.locate(self.trace.as_arrays(), self.prior, self.hypotheses, thorough)
+        self.model = self.prior.model.after(self.hypotheses[0])
         begin = self._estimator.begin if isinstance(self._estimator, Initializer) else begin_from_best
-        self.belief = begin(self.prior.model, self.hypotheses, self._fed.t_ns, measurements)
-        self._nis.clear()
+        self.belief = begin(self.model, self.hypotheses, self._fed.t_ns, measurements)
         self._rehearse(self.belief, self._fed)
         return self.hypotheses
 
     def _rehearse(self, belief: Belief, state: JointState) -> None:
         """Run one step of the filter and discard it: after an install that compiles it for up to 20 s, while the arm stands still."""
-        model, then = self.prior.model, replace(state, t_ns=state.t_ns + SECOND_NS)
+        model, then = self.model, replace(state, t_ns=state.t_ns + SECOND_NS)
         belief = self._estimator.predict(model, belief, then)
         self._estimator.update(model, belief, GasReading(then.t_ns, 0, 0.0, UNINFORMATIVE_PPM))
         model.nose(belief, then)
@@ -74,23 +75,34 @@ class Odometry:
         self._fed = state
         self.trace.joints(state)
         if self.belief is not None and state.t_ns > self.belief.t_ns:
-            self.belief = self._estimator.predict(self.prior.model, self.belief, state)
+            self.belief = self._estimator.predict(self.model, self.belief, state)
+
+    def mean_nis(self) -> float | None:
+        """Mean NIS of the latest NIS_WINDOW readings, None for fewer than NIS_LEAST. A map does not empty the window: that it explains the
+        readings which contradicted the belief before it is no evidence that it foresees the next."""
+        return sum(self._nis) / len(self._nis) if len(self._nis) >= NIS_LEAST else None
 
     def consistent(self, limit: float) -> bool:
-        """Whether the mean NIS of the latest NIS_WINDOW readings since the last map is below `limit`; true for fewer than NIS_LEAST."""
-        return len(self._nis) < NIS_LEAST or sum(self._nis) / len(self._nis) < limit
+        """Whether nothing speaks against the filter: the mean NIS is below `limit`, or there are too few readings to tell."""
+        mean = self.mean_nis()
+        return mean is None or mean < limit
+
+    def verified(self, limit: float) -> bool:
+        """Whether readings speak for the filter: there are enough of them, and their mean NIS is below `limit`."""
+        mean = self.mean_nis()
+        return mean is not None and mean < limit
 
     def nose(self) -> tuple[Array, Array] | None:
         """Believed nose position (3,) m and its covariance (3, 3) m^2; None before the first map."""
         if self.belief is None or self._joints is None:
             return None
-        return self.prior.model.nose(self.belief, self._joints)
+        return self.model.nose(self.belief, self._joints)
 
     def source(self) -> tuple[Array, Array] | None:
         """Believed source (3,) m and its covariance (3, 3) m^2; None before the first map."""
         if self.belief is None:
             return None
-        s = self.prior.model.at["s"]
+        s = self.model.at["s"]
         return self.belief.mean[s], self.belief.cov[s, s]
 
 

@@ -10,6 +10,7 @@ from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, concentration
+from oio.gas.second_source import add_second_source
 from oio.inference.step_constants import GasConstants
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
 
@@ -28,21 +29,27 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas:
             new[i, j] += dt * x[i, n + j] + half * x[i, 2 * n + j]
             new[i, n + j] += dt * x[i, 2 * n + j]
     p, jac = nose_and_jacobian(q - 0.5 * dt * dq - new[:, :n], chain, True)
-    c, grad, steps = _field_at_nose(new, p, jac, dt, dq, gas)
-    return new, _propagate_gas(new, c, grad, jac, steps, dt), steps
+    c, grad, by_nose, steps = _field_at_nose(new, p, jac, dt, dq, gas)
+    return new, _propagate_gas(new, c, (grad, by_nose), jac, steps, dt), steps
 
 
 @compiled
-def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: GasConstants) -> tuple[Array, Array, Array]:
-    """Mean concentration (k,) at noses p (k, 3), its relative gradient (k, LAW), and the lag and fluctuation terms (k, 6)."""
-    r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, rest_speed_rad_s = gas
+def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: GasConstants) -> tuple[Array, Array, Array, Array]:
+    """Mean concentration (k,) at noses p (k, 3), its relative gradient by the law (k, LAW), and by minus the nose (k, 3), and the lag and fluctuation terms (k, 6)."""
+    r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, rest_speed_rad_s, second = gas
     k, n = x.shape[0], len(dq)
-    c, grad = np.empty(k), np.empty((k, LAW))
+    c, grad, by_nose, more = np.empty(k), np.empty((k, LAW)), np.empty((k, 3)), np.empty(LAW)
     tau, t, amplitude = np.empty(k), np.empty(k), np.empty(k)
     for i in range(k):
         theta = x[i, 3 * n : 3 * n + LAW]
         c_i, grad_i, r_i, rarity_i = concentration(p[i : i + 1], theta, r_ref, radius)
-        c[i], grad[i], r = c_i[0], grad_i[0], r_i[0]
+        c[i], grad[i], r, rarity = c_i[0], grad_i[0], r_i[0], rarity_i[0]
+        if second.kind:
+            place, field = (p[i, 0], p[i, 1], p[i, 2]), (c[i], r, rarity)
+            c[i], r, rarity, share = add_second_source(place, theta, second, (r_ref, radius), field, grad[i], more)
+            by_nose[i] = grad[i, :3] + (1.0 - share) * more[:3]
+        else:
+            by_nose[i] = grad[i, :3]
         speed2 = 0.0
         for a in range(3):
             velocity = 0.0
@@ -50,22 +57,23 @@ def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: Ga
                 velocity += jac[i, a, j] * dq[j] if abs(dq[j]) > rest_speed_rad_s else 0.0
             speed2 += velocity * velocity
         by_jitter, by_discrepancy = theta[EXPONENT] * nose_jitter / r, discrepancy * np.log(r / r_ref)
-        amplitude[i] = c[i] * np.sqrt(rarity_i[0] + (by_jitter * by_jitter + by_discrepancy * by_discrepancy) / (gamma * gamma))
+        amplitude[i] = c[i] * np.sqrt(rarity + (by_jitter * by_jitter + by_discrepancy * by_discrepancy) / (gamma * gamma))
         tau[i] = rise if c[i] + amplitude[i] * x[i, -1] > x[i, -2] else fall
         t[i] = r / (r_ref / t_ref + np.sqrt(speed2))
-    return c, grad, lagged_ou_steps(np.full(k, dt), tau, t, amplitude, gamma * gamma)
+    return c, grad, by_nose, lagged_ou_steps(np.full(k, dt), tau, t, amplitude, gamma * gamma)
 
 
 @compiled
-def _propagate_gas(x: Array, c: Array, grad: Array, jac: Array, steps: Array, dt: float) -> Array:
+def _propagate_gas(x: Array, c: Array, gradients: tuple[Array, Array], jac: Array, steps: Array, dt: float) -> Array:
     """Advance f and m of x (k, N) in place; returns the rows of F for f (k, N)."""
     k, n = x.shape[0], jac.shape[2]
+    grad, by_nose = gradients
     rows = np.zeros(x.shape)
     for i in range(k):
         phi, coupling, keep = steps[i, 0], steps[i, 1], steps[i, 2]
         lag_input = (1.0 - phi) * c[i] + coupling * x[i, -1]
         for j in range(n):
-            df_do = lag_input * (grad[i, 0] * jac[i, 0, j] + grad[i, 1] * jac[i, 1, j] + grad[i, 2] * jac[i, 2, j])
+            df_do = lag_input * (by_nose[i, 0] * jac[i, 0, j] + by_nose[i, 1] * jac[i, 1, j] + by_nose[i, 2] * jac[i, 2, j])
             rows[i, j], rows[i, n + j], rows[i, 2 * n + j] = df_do, dt * df_do, 0.5 * dt * dt * df_do
         rows[i, 3 * n : 3 * n + LAW] = lag_input * grad[i]
         rows[i, -2], rows[i, -1] = phi, coupling

@@ -1,5 +1,7 @@
 """Belief map: hypotheses for the source position from a trace of readings, one per distinct minimum of the fit."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from oio.core.records import Array
@@ -8,12 +10,15 @@ from oio.gas.fluctuation import Fluctuation
 from oio.gas.range_law import LN_STRENGTH, SOURCE
 from oio.gas.trace import Sniffs, Trace
 from oio.gas.whitening import whiten
+from oio.inference.alternatives import Alternatives
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
 from oio.inference.prior import Prior, reset_source
+from oio.inference.residual_test import Candidate, residual_test, with_raised_noise
 from oio.inference.sampling import halton
 from oio.inference.source_strength import clip_strength, mirror_start, readings_without_source, weighted_signal
 from oio.inference.trilateration import linear_source
+from oio.inference.world_posterior import distinct, fit_alternatives, hypotheses, within_prior
 
 
 @settings
@@ -29,6 +34,9 @@ class BeliefMap:
     restarts: int  # fits of every later map, besides one per hypothesis
     min_separation_m: float
     keep_chi2: float
+    alternatives: Alternatives
+    raise_min_evidence: float
+    suspect_overdispersion: float  # of the residuals in the calibrated world, above which every alternative is fitted
 
     def check(self) -> None:
         """Raise BadInput for a value out of range."""
@@ -39,13 +47,41 @@ class BeliefMap:
         """Return an empty trace."""
         return Trace(self.path_period_s, self.limit)
 
-    def locate(self, sniffs: Sniffs, known: Prior, before: tuple[Fit, ...] = ()) -> tuple[Fit, ...]:
+    @property
+    def as_calibrated(self) -> "BeliefMap":
+        """The same map without alternatives to the calibrated world."""
+        return replace(self, alternatives=self.alternatives.none)
+
+    def locate(self, sniffs: Sniffs, known: Prior, before: tuple[Fit, ...] = (), thorough: bool = True) -> tuple[Fit, ...]:
         """Return hypotheses for the source, best first, each with its covariance; at least one.
 
         Earlier hypotheses (`before`) are refitted; grid positions all over the workspace box are tried, and the mirror point of the best
-        fit: nose positions near a plane leave two narrow minima, and the grid may find only the wrong one.
+        fit: nose positions near a plane leave two narrow minima, and the grid may find only the wrong one. Worlds that calibration did
+        not see are fitted beside it (`alternatives`), and compared by evidence: all of them if `thorough`, or if the residuals of the
+        calibrated world contradict it; else those of the earlier hypotheses.
         """
-        problem, noise = search_problem(sniffs, known), known.model.fluctuation
+        problem = search_problem(sniffs, known)
+        kept = self._as_calibrated(problem, known, before)
+        if not self.alternatives.any or known.model.arm.dof < 3:
+            return (replace(kept[0], residuals=residual_test(problem, kept[0])), *kept[1:])
+        everything = thorough or residual_test(problem, kept[0]).overdispersion > self.suspect_overdispersion
+        chosen = None if everything else {fit.world for fit in before}
+        alternatives = fit_alternatives(self.alternatives, problem, kept[0], before, chosen)
+        worlds = [[Candidate(problem, fit) for fit in kept], *alternatives]
+        candidates = [c for world in worlds for c in with_raised_noise(distinct(world, self._apart_m, self.keep_chi2), self.raise_min_evidence)]
+        best = min(candidates, key=lambda c: c.fit.minus_2_log_evidence)
+        residuals = residual_test(best.problem, best.fit)
+        first, *others = hypotheses([c.fit for c in candidates], self.keep_chi2, self._apart_m, residuals.overdispersion)
+        return (replace(first, residuals=residuals), *others)
+
+    @property
+    def _apart_m(self) -> float:
+        """Distance above which two minima are two hypotheses."""
+        return self.min_separation_m / 2
+
+    def _as_calibrated(self, problem: Problem, known: Prior, before: tuple[Fit, ...]) -> tuple[Fit, ...]:
+        """Hypotheses in the world that calibration saw."""
+        noise = known.model.fluctuation
         found = [solve(problem, start, noise) for start in self._starts(problem, known, before)]
         mirror = mirror_start(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
         fits = sorted([*found, solve(problem, clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
@@ -67,7 +103,7 @@ class BeliefMap:
         positions = np.concatenate([low + halton(self.grid_points) * (high - low), np.clip(near, low, high)])
         new_starts = self.restarts if before else self.starts
         candidates = _rank_starts(problem, positions, noise.gamma, decay, 4 * new_starts)
-        starts = [fit.mean for fit in before]
+        starts = [within_prior(problem, fit.mean[: problem.layout.base]) for fit in before]
         for theta in sorted(candidates, key=lambda theta: _minus_2_log_likelihood(problem, theta, noise)):
             if len(starts) >= new_starts + len(before):
                 break

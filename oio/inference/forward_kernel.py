@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.range_law import KX, LAW, LN_STRENGTH, SX, SY, SZ, concentration_at
+from oio.gas.second_source import add_second_source
 from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
 
 
@@ -45,7 +46,7 @@ class Knots(NamedTuple):
     strength, wind (3 each) and background.
     """
 
-    second_source: bool
+    second_source: int  # see `oio.gas.second_source`
     strength_s: Array
     wind_s: Array
     background_s: Array
@@ -68,7 +69,7 @@ def predict_readings(
     """Predict the readings at theta (P,), with Jacobian and field along the path. The first reading `first_ppm` initialises the lag."""
     t, q, at, element = path
     k, n, m, width = len(t), q.shape[1], len(at), LAW + 2 * q.shape[1]
-    of_field, of_background = 4 * int(knots.second_source), max(len(knots.background_s) - 1, 0)
+    of_field, of_background = (4 if knots.second_source else 0), max(len(knots.background_s) - 1, 0)
     of_field += max(len(knots.strength_s) - 1, 0) + 3 * max(len(knots.wind_s) - 1, 0)
     size = len(theta) - of_field - of_background  # without the extension
     elements = (size - width - 1) // 2
@@ -146,7 +147,7 @@ def _law_at(theta: Array, knots: Knots, size: int, t: float, law: Array) -> None
     """Fill law (LAW,) with the parameters of the range law at time t."""
     for j in range(LAW):
         law[j] = theta[j]
-    at = size + 4 * int(knots.second_source)
+    at = size + (4 if knots.second_source else 0)
     if len(knots.strength_s) > 1:
         first, left, right = _between_knots(knots.strength_s, t)
         for j, share in ((first - 1, left), (first, right)):
@@ -164,32 +165,20 @@ def _law_at(theta: Array, knots: Knots, size: int, t: float, law: Array) -> None
 @compiled
 def _extend(
     theta: Array, knots: Knots, size: int, t: float, place: tuple[float, float, float], law: Array, scale: LawScale,
-    field: tuple[float, float, float], grad: Array, row: Array, other: Array,
+    field: tuple[float, float, float], grad: Array, row: Array, more: Array,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """c, r and rarity with the second source; adds the derivatives of ln c by the extension to the row, which begins at `at`.
+    """c, r and rarity with the second source; adds the derivatives of ln c by the extension to its row.
 
     `field`, `grad` (LAW,): those of the first source alone. The derivative by the nose position is left in grad[SX:SZ+1], negative.
     """
     c, r, rarity = field
-    at, share = 0, 1.0
+    at = 0
     if knots.second_source:
-        for j in range(LAW):
-            other[j] = law[j]
-        for a in range(3):
-            other[a] = theta[size + a]
-        other[LN_STRENGTH] = law[LN_STRENGTH] + theta[size + 3]
-        more = np.empty(LAW)
-        c2, r2, rarity2 = concentration_at(
-            place[0] - other[SX], place[1] - other[SY], place[2] - other[SZ], other, scale.r_ref_m, scale.radius_m, more
-        )
-        total = c + c2
-        share = c / total
-        c, r, rarity = total, share * r + (1.0 - share) * r2, share * rarity + (1.0 - share) * rarity2
+        second = (theta[size], theta[size + 1], theta[size + 2], theta[size + 3], knots.second_source)
+        c, r, rarity, share = add_second_source(place, law, second, (scale.r_ref_m, scale.radius_m), field, grad, more)
         for a in range(3):
             row[a] = (1.0 - share) * more[a]
         row[3] = 1.0 - share
-        for j in range(LAW):
-            grad[j] = share * grad[j] + ((1.0 - share) * more[j] if j > SZ else 0.0)
         at = 4
     if len(knots.strength_s) > 1:
         count = len(knots.strength_s) - 1
@@ -218,7 +207,7 @@ def _field_along_path(
     """Fill the first five rows of `along`, and if requested the derivative of ln c by law, joint offsets and extension (k, LAW + n + X)."""
     k, n = q.shape
     knots, base = extension
-    extended, at_t, other = grad.shape[1] > LAW + n, np.empty(LAW), np.empty(LAW)
+    extended, at_t, more = grad.shape[1] > LAW + n, np.empty(LAW), np.empty(LAW)
     joints, frames, p = np.empty((n, BLOCK)), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK))
     gradient, by_q = np.empty((3, BLOCK)), np.empty((n, BLOCK))
     x0, y0, z0 = 0.0, 0.0, 0.0
@@ -244,7 +233,7 @@ def _field_along_path(
                 _law_at(theta, knots, base, t[i], at_t)
                 field = concentration_at(x - at_t[SX], y - at_t[SY], z - at_t[SZ], at_t, law.r_ref_m, law.radius_m, row)
                 along[0, i], along[2, i], along[1, i] = _extend(
-                    theta, knots, base, t[i], (x, y, z), at_t, law, field, row, row[LAW + n :], other
+                    theta, knots, base, t[i], (x, y, z), at_t, law, field, row, row[LAW + n :], more
                 )
                 for a in range(3):  # of both sources: the nose moves against either
                     gradient[a, b] = row[SX + a] + (row[LAW + n + a] if knots.second_source else 0.0)

@@ -10,17 +10,28 @@ from functools import cached_property
 import numpy as np
 
 from oio.core.records import Array
+from oio.gas.second_source import ALONE
 from oio.inference.forward_kernel import Knots
+
+
+@dataclass(frozen=True, slots=True)
+class Densities:
+    """Densities of random walks: ln strength [1/sqrt(s)], wind [1/m/sqrt(s)], background [ppm/sqrt(s)]."""
+
+    strength: float = 0.0
+    wind: float = 0.0
+    background_ppm: float = 0.0
 
 
 @dataclass(frozen=True)
 class LawExtension:
     """Extension: a second source or none, knots [s] of the random walks, and their densities."""
 
-    second_source: bool = False
+    second_source: int = ALONE  # or ANOTHER, MIRRORED
     strength_s: tuple[float, ...] = ()
     wind_s: tuple[float, ...] = ()
     background_s: tuple[float, ...] = ()
+    densities: Densities = Densities()
 
     @cached_property
     def knots(self) -> Knots:
@@ -58,5 +69,5 @@ UNEXTENDED = LawExtension()
 
 def random_walk_cov(knots_s: tuple[float, ...], density: float) -> Array:
     """Covariance (k - 1, k - 1) of a random walk at all knots but the first: density^2 min(t_i, t_j)."""
-    t = np.array(knots_s[1:]) - knots_s[0]
+    t = np.array(knots_s[1:]) - (knots_s[0] if knots_s else 0.0)
     return np.asarray(density**2 * np.minimum(t[:, None], t[None, :]))

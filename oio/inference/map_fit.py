@@ -13,7 +13,10 @@ from oio.gas.fluctuation import Fluctuation, PathField
 from oio.gas.range_law import SOURCE, RangeLaw
 from oio.gas.whitening import Whitening
 from oio.inference.forward_model import ParameterLayout, Prediction, Problem
+from oio.inference.law_extension import UNEXTENDED, LawExtension
+from oio.inference.metrics import ResidualTest
 
+CALIBRATED = "as calibrated"  # the world that a fit assumes, unless `oio.inference.alternatives` says another
 MAX_STEPS = 20  # maximum number of iterations
 FREEZE_WHITENING_AFTER = 8  # iterations after which the whitening is frozen, so that estimate and weights cannot oscillate
 NEWTON_DECREMENT = 2e-3  # convergence limit, in squared posterior standard deviations
@@ -23,7 +26,8 @@ MAX_STEP = 2.0  # step limit per parameter, in prior standard deviations
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
     """Result of `solve`: mean and cov of theta, `chi2` = -2 ln posterior up to a constant, lagged mean concentration at the end of the
-    trace; and the fluctuation, number of readings and range law of the fit."""
+    trace; the fluctuation, number of readings and range law of the fit; -2 ln of its evidence (see `minus_2_log_evidence`), the extension
+    of the law, and what world it assumes."""
 
     layout: ParameterLayout
     mean: Array
@@ -33,6 +37,11 @@ class Fit:
     fluctuation: Fluctuation
     readings: int
     law: RangeLaw
+    minus_2_log_evidence: float = np.inf
+    extension: LawExtension = UNEXTENDED
+    world: str = CALIBRATED
+    charged: float = 0.0  # prior odds against that world, in -2 ln, within the evidence
+    residuals: ResidualTest | None = None  # of the best hypothesis of a map
 
     @property
     def source(self) -> Array:
@@ -92,12 +101,18 @@ def _result(problem: Problem, theta: Array, root: Array, noise: Fluctuation, exp
     whitening, variance = Whitening(expected.along, noise), expected.along.variance_ppm2
     white_rows = whitening.of(expected.rows, variance).rows
     rows = white_rows @ root
-    cov = root @ np.linalg.inv(rows.T @ rows + np.eye(len(theta))) @ root.T
+    hessian = rows.T @ rows + np.eye(len(theta))
+    cov = root @ np.linalg.inv(hessian) @ root.T
     cov[SOURCE, SOURCE] += discrepancy_m(problem, theta, white_rows[:, SOURCE], expected.along) ** 2 / 3.0 * np.eye(3)
     u = np.linalg.solve(root, theta - problem.mean)
     white = whitening.of(problem.residual(theta, expected.ppm)[:, None], variance)
     fit = white.minus_2_log_likelihood - float(np.sum(np.log(white.expected_ppm2[problem.sniffs.censored])))  # Phi is no density
-    return Fit(problem.layout, theta, 0.5 * (cov + cov.T), fit + float(u @ u), expected.lagged_ppm, noise, len(expected.ppm), problem.law)
+    chi2 = fit + float(u @ u)
+    evidence = chi2 + float(np.linalg.slogdet(hessian)[1])  # Laplace's approximation: the prior is a unit normal in u, and its volume is 1
+    return Fit(
+        problem.layout, theta, 0.5 * (cov + cov.T), chi2, expected.lagged_ppm, noise, len(expected.ppm), problem.law,
+        evidence, problem.extension,
+    )  # fmt: skip
 
 
 def discrepancy_m(problem: Problem, theta: Array, told: Array, along: PathField) -> float:

@@ -12,6 +12,20 @@ COVERAGE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
+class ResidualTest:
+    """Whitened residuals of a fit: their mean square (1 is consistent), and their autocorrelation at lag one (0 is white)."""
+
+    mean_square: float
+    autocorrelation: float
+
+    @property
+    def overdispersion(self) -> float:
+        """Factor, at least 1, by which the readings say less than their likelihood: mean square times (1 + rho) / (1 - rho)."""
+        rho = min(max(self.autocorrelation, 0.0), 0.9)
+        return max(self.mean_square * (1.0 + rho) / (1.0 - rho), 1.0)
+
+
+@dataclass(frozen=True, slots=True)
 class SourceScore:
     """Score of a source estimate: error [m], or bearing error [deg] if the DoF cannot observe a position; NEES and its dimension."""
 

@@ -65,7 +65,7 @@ def _ratios(prior: Array, posterior: Array) -> tuple[Array, Array]:
 def _prior_and_posterior(sniffs: Sniffs, known: Prior, theta: Array) -> tuple[Array, Array]:
     """Prior and posterior covariance (4, 4) in AXES."""
     problem = search_problem(sniffs, known)
-    expected, scale = problem.predict(theta), np.sqrt(np.diag(problem.cov))
+    expected, scale = problem.predict(theta[: problem.layout.size]), np.sqrt(np.diag(problem.cov))
     rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows * scale
     scaled_prior = problem.cov / np.outer(scale, scale)
     posterior = np.outer(scale, scale) * np.linalg.inv(rows.T @ rows + np.linalg.inv(scaled_prior))

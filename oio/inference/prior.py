@@ -82,11 +82,17 @@ def reset_source(mean: Array, cov: Array, arm: Arm, law: RangeLaw, ln_strength: 
     return mean, cov
 
 
-def cold_prior(arm: Arm, law: RangeLaw, process_noise: ProcessNoise, nominal: Nominal) -> Prior:
-    """Prior without calibration (cold start): nominal range law, unit gains, nominal lag and offsets, data-sheet noise."""
+def cold_prior(arm: Arm, law: RangeLaw, process_noise: ProcessNoise, nominal: Nominal, pinned: bool = True) -> Prior:
+    """Prior without calibration (cold start): nominal range law, unit gains, nominal lag and offsets, data-sheet noise.
+
+    `pinned`: law, gains and lag are taken as known; else they are as open as where the fit on the beacon begins, which is the fair one to
+    compare calibration with.
+    """
     offsets = np.full(nominal.elements, nominal.background_ppm)
-    fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED, thinning_per_m_u=FIXED)
-    figures = replace(nominal, gain_u=FIXED, tau_u=FIXED)
+    fixed, figures = law, nominal
+    if pinned:
+        fixed = replace(law, exponent_u=FIXED, wind_per_m_u=FIXED, lift_per_m_u=FIXED, thinning_per_m_u=FIXED)
+        figures = replace(nominal, gain_u=FIXED, tau_u=FIXED)
     mean, cov = nominal_prior(arm, fixed, figures, offsets, np.full(nominal.elements, nominal.accuracy_ppm))
     model = StateSpace(
         arm, law, process_noise, nominal.rise_s, nominal.fall_s, (1.0,) * nominal.elements,

@@ -8,7 +8,7 @@ The nose is at p(q - o). f follows c(p) (1 + h m) with the sensor's lag, m is an
 correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + white noise.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from oio.core.records import Array, Belief, GasReading, JointState, seconds
 from oio.gas.fluctuation import Fluctuation, lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
+from oio.gas.second_source import SecondSource, add_second_source
 from oio.inference.map_fit import Fit
 from oio.inference.process_noise import ProcessNoise
 from oio.inference.step_constants import GasConstants, StepConstants
@@ -36,6 +37,7 @@ class StateSpace:
     fluctuation: Fluctuation
     sigma_ppm: float  # of one reading in clean air
     noise: Noise
+    second: SecondSource = SecondSource()  # whose field adds to that of the source, if a map found one
 
     @property
     def elements(self) -> int:
@@ -79,6 +81,7 @@ class StateSpace:
         transform[self.at["v"], lay.drift], transform[self.at["a"], lay.drift] = t * eye, eye
         transform[self.at["s"].start : self.at["b"].start, :LAW] = np.eye(LAW)
         transform[self.at["b"], lay.baseline] = np.eye(self.elements)
+        self._add_latest_changes(transform, fit)
         mean, cov = transform @ fit.mean, transform @ fit.cov @ transform.T
         f, m, fl = self.at["f"].start, self.at["m"].start, self.fluctuation
         mean[f] = fit.lagged_ppm
@@ -88,6 +91,30 @@ class StateSpace:
         cov[self.at["s"], self.at["s"]] += share * self.noise.source_p0_m2 * np.eye(3)
         cov[np.diag_indices(self.size)] += 1e-18
         return Belief(t_ns, mean, cov)
+
+    def _add_latest_changes(self, transform: Array, fit: Fit) -> None:
+        """Add what changed with time, as at the last knot, to strength, wind and offsets."""
+        n, extension = fit.layout.base, fit.extension
+        if extension.strength:
+            transform[self.at["l"], n + extension.strength[-1]] = 1.0
+        if extension.wind:
+            transform[self.at["k"], n + np.array(extension.wind[-3:])] += np.eye(3)
+        if extension.background:
+            transform[self.at["b"], n + extension.background[-1]] = np.array(self.gain)
+
+    def after(self, fit: Fit) -> "StateSpace":
+        """Return the model for the world that a fit assumes: gains and noise, its second source, and what may go on changing."""
+        second, density, extension = SecondSource(), fit.extension.densities, fit.extension
+        if extension.second_source:
+            x, y, z, ln_ratio = fit.mean[fit.layout.base : fit.layout.base + 4]
+            second = SecondSource(float(x), float(y), float(z), float(ln_ratio), extension.second_source)
+        walks = replace(
+            self.process_noise,
+            strength_sqrt_s=max(self.process_noise.strength_sqrt_s, density.strength if extension.strength else 0.0),
+            wind_per_m_sqrt_s=max(self.process_noise.wind_per_m_sqrt_s, density.wind if extension.wind else 0.0),
+        )
+        gain = tuple(float(g) for g in np.exp(fit.mean[fit.layout.gain]))
+        return replace(self, gain=gain, fluctuation=fit.fluctuation, law=fit.law, process_noise=walks, second=second)
 
     def nose(self, belief: Belief, joints: JointState) -> tuple[Array, Array]:
         """Estimated nose position (3,) [m] and its covariance (3, 3) [m^2]."""
@@ -109,6 +136,11 @@ class StateSpace:
         jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
         p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midpoint: concentration is constant over a step
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
+        by_nose = grad[0, SOURCE]
+        if self.second.kind:
+            scale, first, more = (self.law.r_ref_m, self.law.radius_m), (c[0], r[0], rarity[0]), np.empty(LAW)
+            c[0], r[0], rarity[0], share = add_second_source(tuple(p), x[s : s + LAW], self.second, scale, first, grad[0], more)
+            by_nose = grad[0, SOURCE] + (1.0 - share) * more[SOURCE]
         field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + EXPONENT]))
         amplitude = c * fl.height(field)
         tau = np.array([self.rise_s if c[0] + amplitude[0] * x[m] > x[i] else self.fall_s])
@@ -117,7 +149,7 @@ class StateSpace:
         new[i] = phi * x[i] + (1.0 - phi) * c[0] + coupling * x[m]
         new[m] = keep * x[m]
         f_by_ln_c = (1.0 - phi) * c[0] + coupling * x[m]  # both parts are proportional to c
-        by_o = f_by_ln_c * grad[0, SOURCE] @ jac
+        by_o = f_by_ln_c * by_nose @ jac
         jacobian[i, s : s + LAW] = f_by_ln_c * grad[0]
         jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, coupling, keep
@@ -156,7 +188,7 @@ class StateSpace:
         law, fl, per_step = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
         gas = GasConstants(
             law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_jitter_m, law.model_discrepancy,
-            self.process_noise.rest_speed_rad_s,
+            self.process_noise.rest_speed_rad_s, self.second,
         )  # fmt: skip
         drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
         return StepConstants(gas, np.array([per_step, self.process_noise_diagonal(1.0) - per_step]), drift)

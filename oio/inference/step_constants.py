@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from oio.core.records import Array
+from oio.gas.second_source import SecondSource
 
 
 class GasConstants(NamedTuple):
@@ -17,6 +18,7 @@ class GasConstants(NamedTuple):
     nose_jitter_m: float
     model_discrepancy: float
     rest_speed_rad_s: float
+    second: SecondSource = SecondSource()
 
 
 class StepConstants(NamedTuple):

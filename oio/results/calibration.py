@@ -73,11 +73,13 @@ class MapCalibration:
 
 @dataclass(frozen=True)
 class Calibration:
-    """Priors of the filter: calibrated with the chosen assembly of Q and R, with the paper's, and cold (not calibrated)."""
+    """Priors of the filter: calibrated with the chosen assembly of Q and R, with the paper's, and not calibrated: nominal values taken as
+    known (cold), or as open as before the fit on the beacon (cold_open)."""
 
     chosen: Prior
     paper: Prior
     cold: Prior
+    cold_open: Prior
     noise: Noise
     time_s: float
     error_ppm: float

@@ -8,6 +8,7 @@ import numpy as np
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasSample, JointState, Truth, WorldSample, seconds
 from oio.estimators.odometry import Odometry
+from oio.inference.map_fit import CALIBRATED
 from oio.inference.metrics import SourceScore, rms, score_source
 from oio.results.calibration import Navigation
 from oio.results.summary import Outcome
@@ -117,6 +118,7 @@ class Rescoring:
             believed_m=None if estimate is None else tuple(float(v) for v in estimate[0]),
             sd_m=None if estimate is None else float(np.sqrt(np.trace(estimate[1]))),
             filtered_error_m=filtered_score.source_error_m,
+            world=variant.odometry.hypotheses[0].world if variant.odometry.hypotheses else CALIBRATED,
             filtered_nees=None if filtered_score is _NO_SCORE else filtered_score.nees,
         )
 

@@ -1,13 +1,14 @@
-"""Writer of summary.json, schema oio.results.summary/1: the interface to other tools."""
+"""Writer of summary.json, schema oio.results.summary/2: the interface to other tools."""
 
 import dataclasses
 import json
 import math
 from dataclasses import dataclass
 
+from oio.inference.map_fit import CALIBRATED
 from oio.results.calibration import Calibration
 
-SCHEMA = "oio.results.summary/1"
+SCHEMA = "oio.results.summary/2"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class Outcome:
     sd_m: float | None
     filtered_error_m: float | None = None  # source error and NEES of the filter alone, just before the last map
     filtered_nees: float | None = None
+    world: str = CALIBRATED  # that the best hypothesis of the last map assumes
 
     def in_words(self) -> str:
         """Return the main score as a short text."""
@@ -46,17 +48,27 @@ class Verdict:
     reasons: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """Comparison with the truth: RIGHT (inside the 99.9 % region), WRONG or `unknown`, with remarks. It never enters the verdict."""
+
+    word: str
+    reasons: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """All results of the `evaluate` stage."""
 
-    cold: Outcome
+    cold: Outcome  # nominal values taken as known
+    cold_open: Outcome  # nominal values as open as before the fit on the beacon
     calibrated: Outcome
     calibrated_paper_assembly: Outcome | None  # None if not requested
     dead_reckoning_m: float | None
     bound_m: float | None  # Cramer-Rao bound at the truth
     posterior_bound_m: float | None  # posterior Cramer-Rao (van Trees) bound, mean over truths drawn from the prior
     verdict: Verdict
+    scored: Scored
     source_m: tuple[float, ...] | None
     simulated_s: float
 
@@ -83,6 +95,7 @@ def summary(identity: dict[str, object], calibration: Calibration | None, found:
         "source_position_m": None if found is None or found.source_m is None else list(found.source_m),
         "calibration": None if calibration is None else _calibration(calibration),
         "cold": _outcome(found.cold if found else None),
+        "cold_open": _outcome(found.cold_open if found else None),
         "calibrated": _outcome(found.calibrated if found else None),
         "calibrated_paper_assembly": _outcome(found.calibrated_paper_assembly if found else None),
         "dead_reckoning": {"nose_error_m": found.dead_reckoning_m if found else None},
@@ -91,7 +104,8 @@ def summary(identity: dict[str, object], calibration: Calibration | None, found:
         "posterior_bound_m": found.posterior_bound_m if found else None,
         "posterior_bound_ratio": found.posterior_bound_ratio if found else None,
         "verdict": found.verdict.word if found else "WARN",
-        "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was scored."],
+        "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was judged."],
+        "scored": {"word": found.scored.word, "reasons": list(found.scored.reasons)} if found else None,
         "simulated_s": found.simulated_s if found else None,
         "wall_s": round(wall_s, 3),
     }

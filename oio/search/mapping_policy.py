@@ -16,6 +16,7 @@ class MappingPolicy:
     lost_moves: int  # after so many silent moves in a row the plume is lost
     remap_factor: float  # a new map is due after so many times the moves of the last one,
     recheck_moves: int  # and while it is in doubt, after so many more moves
+    thorough_factor: float  # every alternative world is fitted after so many times the moves of the last such map
 
     def check(self) -> None:
         """Raise BadInput for a number out of range; a first map takes five measurements."""
@@ -27,6 +28,7 @@ class MappingPolicy:
             lost_moves=(1, 10_000),
             remap_factor=(1.0, 100.0),
             recheck_moves=(1, 10_000),
+            thorough_factor=(1.0, 1e6),
         )
 
     def lost(self, moves: Sequence[Move]) -> bool:
@@ -48,3 +50,7 @@ class MappingPolicy:
         if self.lost(moves[:-1]) and not self.lost(moves):
             return True  # the plume was reacquired
         return len(moves) >= self.remap_factor * mapped or (doubtful and len(moves) >= mapped + self.recheck_moves)
+
+    def thorough(self, moves: int, last: int) -> bool:
+        """Return whether a map after so many moves fits every alternative world, the last such map having been made after `last` moves."""
+        return moves >= self.thorough_factor * last

@@ -1,4 +1,7 @@
-"""Stopping rule: declares the source when the belief is narrow, the nose sniffed gas near it, and the NIS is consistent. No truth used."""
+"""Stopping rule: declares the source when the belief is narrow, the nose sniffed gas near it, and the filter foresaw the latest readings.
+
+It uses no truth.
+"""
 
 import numpy as np
 
@@ -14,7 +17,7 @@ class StopRule:
     sd_m: float  # root of the trace of the source's covariance is below this,
     sniff_radius_m: float  # the nose has sniffed within this of the believed source,
     min_sniffs: int  # so many times, with bouts,
-    max_nis: float  # one hypothesis is left, and the mean NIS since the last map is below this
+    max_nis: float  # one hypothesis is left, and the mean NIS of the latest readings, those before the map included, is below this
 
     def check(self) -> None:
         """Raise BadInput for a threshold out of range."""
@@ -23,9 +26,9 @@ class StopRule:
     def may_declare(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
         """Return whether the source may be declared after these moves."""
         source = odometry.source()
-        if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.consistent(self.max_nis):
+        if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.verified(self.max_nis):
             return False
-        model = odometry.prior.model
+        model = odometry.model
         noses = model.arm.nose(np.array([move.q for move in moves]) - odometry.belief.mean[model.at["o"]])
         with_bouts = np.array([move.bouts > 0 for move in moves])
         near_sniffs = np.count_nonzero((np.linalg.norm(noses - source[0], axis=1) < self.sniff_radius_m) & with_bouts)

@@ -1,0 +1,141 @@
+"""`python -m oio.bench worlds`: searches in worlds that changed after calibration; is the answer right, and is a wrong one admitted?"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from oio.bench.accuracy import TRIALS, plan_cases, run_trials
+from oio.bench.arguments import read
+from oio.bench.output_folder import claim_folder, names, write
+from oio.bench.score import Score, Trial
+from oio.bench.statistics import wilson
+
+TABLE, FIGURE, ALL = "worlds.csv", "worlds.png", "all"
+HEADS = (
+    "n\n(failed)", "error [mm]\nmedian / 95 %", "in 95 %\nregion [%]", "declared\n[%]", "declared, but wrong\n[% of declared]",
+    "PASS, but wrong\n[% of PASS]", "moves", "world assumed",
+)  # fmt: skip
+NAN = float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Trials of one world, sensor and air; shares with the ends of their 95 % intervals (Wilson)."""
+
+    world: str
+    sensor: str
+    air: str
+    trials: int
+    failed: int
+    median_mm: float
+    p95_mm: float
+    covered: float  # share of trials whose 95 % region holds the source
+    covered_low: float
+    covered_high: float
+    declared: int
+    false: int  # declared, but far from the source or outside the 99.9 % region
+    false_share: float  # of the declared ones
+    false_low: float
+    false_high: float
+    passed: int  # verdict PASS
+    wrong_pass: int  # of those, wrong
+    wrong_pass_share: float
+    wrong_pass_low: float
+    wrong_pass_high: float
+    moves: float  # median
+    assumed: str  # the world that most of the trials assume in the end
+
+
+def run(arguments: list[str]) -> None:
+    """Run the command: trials, table, figure. After Ctrl-C the finished trials are summarised."""
+    words = read("worlds", arguments)
+    plan, jobs = plan_cases(words), words.whole("jobs", 1)
+    out = claim_folder(words.own["out"], "worlds", (TABLE, TRIALS, FIGURE))
+    trials, stop = run_trials(plan, jobs, out)
+    if trials:
+        write_summary(trials, out)
+    if stop is not None:
+        raise stop
+
+
+def rows(trials: Sequence[Trial]) -> list[Row]:
+    """Return a row per world, sensor and air, in the order of their first trials, and one of all together."""
+    keys = list(dict.fromkeys((t.case.world, t.case.sensor, t.case.air) for t in trials))
+    found = [_row(key, [t for t in trials if (t.case.world, t.case.sensor, t.case.air) == key]) for key in keys]
+    return [*found, _row((ALL, "", ""), list(trials))]
+
+
+def _row(key: tuple[str, str, str], trials: list[Trial]) -> Row:
+    scores = [t.score for t in trials if t.score is not None]
+    errors, n = np.array([s.error_mm for s in scores]), len(scores)
+    declared, passed = [s for s in scores if s.declared], [s for s in scores if s.passed]
+    false, wrong = sum(s.wrong for s in declared), sum(s.wrong for s in passed)
+    covered = sum(s.inside_95 for s in scores)
+    (covered_low, covered_high), (false_low, false_high), (wrong_low, wrong_high) = (
+        wilson(count, total) if total else (NAN, NAN) for count, total in ((covered, n), (false, len(declared)), (wrong, len(passed)))
+    )
+    world, sensor, air = key
+    return Row(
+        world=world, sensor=sensor, air=air, trials=len(trials), failed=len(trials) - n,
+        median_mm=float(np.median(errors)) if n else NAN, p95_mm=float(np.quantile(errors, 0.95)) if n else NAN,
+        covered=_share(covered, n), covered_low=covered_low, covered_high=covered_high,
+        declared=len(declared), false=false, false_share=_share(false, len(declared)), false_low=false_low, false_high=false_high,
+        passed=len(passed), wrong_pass=wrong, wrong_pass_share=_share(wrong, len(passed)), wrong_pass_low=wrong_low, wrong_pass_high=wrong_high,
+        moves=float(np.median([s.moves for s in scores])) if n else NAN, assumed=_assumed(scores),
+    )  # fmt: skip
+
+
+def _assumed(scores: list[Score]) -> str:
+    counts = Counter(score.world for score in scores)
+    return ", ".join(f"{world} {count}" for world, count in counts.most_common(2))
+
+
+def _share(count: int, total: int) -> float:
+    return count / total if total else NAN
+
+
+def write_summary(trials: list[Trial], out: Path) -> None:
+    """Write worlds.csv and worlds.png, and print the table."""
+    from oio.figures.worlds import draw  # here: matplotlib takes a second to import, and workers do without
+
+    found = rows(trials)
+    write(out / TABLE, names(Row), (asdict(row) for row in found))
+    draw(found[:-1], out / FIGURE)
+    show(found, Counter(trial.reason for trial in trials if trial.score is None), str(out))
+
+
+def show(found: Sequence[Row], failures: Counter[str], where: str) -> None:
+    """Print the table, the reasons of failures, and the output folder."""
+    table = Table(title="worlds that changed after calibration; brackets are 95 % intervals", title_justify="left", box=box.SIMPLE_HEAD)
+    table.padding, table.pad_edge = (0, 1, 0, 0), False
+    for head in ("world", "sensor", "air"):
+        table.add_column(head, no_wrap=True)
+    for head in HEADS:
+        table.add_column(escape(head), justify="left" if head == HEADS[-1] else "right", no_wrap=True)
+    for row in found:
+        table.add_row(*_cells(row))
+    console = Console(soft_wrap=True)
+    Console(width=max(console.width, Console(width=400).measure(table).maximum)).print(table)
+    for reason, count in failures.items():
+        console.print(f"{count} failed: {escape(reason)}")
+    console.print(f"tables and figure are in {escape(where)}")
+
+
+def _cells(r: Row) -> tuple[str, ...]:
+    return (
+        r.world, r.sensor, r.air, f"{r.trials} ({r.failed})", f"{r.median_mm:.1f} / {r.p95_mm:.0f}",
+        _percent(r.covered, r.covered_low, r.covered_high), f"{100 * _share(r.declared, r.trials - r.failed):.0f}",
+        f"{r.false} of {r.declared}, {_percent(r.false_share, r.false_low, r.false_high)}",
+        f"{r.wrong_pass} of {r.passed}, {_percent(r.wrong_pass_share, r.wrong_pass_low, r.wrong_pass_high)}", f"{r.moves:.0f}", r.assumed,
+    )  # fmt: skip
+
+
+def _percent(share: float, low: float, high: float) -> str:
+    return "-" if np.isnan(share) else f"{100 * share:.0f} \\[{100 * low:.0f}-{100 * high:.0f}]"

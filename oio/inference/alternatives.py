@@ -1,0 +1,205 @@
+"""Alternative worlds: what may have changed since calibration, each as a fit problem of its own, compared with the calibrated one by evidence.
+
+Calibration is a prior about the room as it was. Alternatives reopen the wind, let strength, wind or background change with time, or add a
+second source. Their evidence is the marginal likelihood in Laplace's approximation (MacKay 2003, ch. 28), so that the volume of every
+additional prior is charged.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from oio.core.records import Array
+from oio.core.settings import in_range, settings
+from oio.gas.range_law import LN_STRENGTH, SOURCE, WIND
+from oio.gas.second_source import ANOTHER, MIRRORED
+from oio.inference.forward_model import Problem
+from oio.inference.law_extension import Densities, LawExtension, random_walk_cov
+from oio.inference.map_fit import Fit
+from oio.inference.sampling import halton
+from oio.inference.source_strength import readings_without_source
+
+WIND_STARTS = 4  # directions of a new wind that are tried besides that of the best fit
+GRID_POINTS = 96  # places of a second source that are tried
+SECOND_STARTS = 2  # of which so many are fitted,
+WALL_STRENGTH_U = 0.05  # standard deviation of ln(strength of a mirror image over that of the source)
+WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2
+SEPARATION_M = 0.06  # and they are this far from each other
+
+
+@settings
+class Alternatives:
+    """Which alternatives are fitted beside the calibrated world, and their priors."""
+
+    wind: bool  # the wind is another than at calibration
+    wind_changes: bool  # and it changes with time
+    strength_changes: bool
+    background_changes: bool
+    second_source: bool
+    wall: bool  # which reflects the gas
+    knot_s: float  # distance in time of the knots between which a change is linear,
+    most_knots: int  # but at most so many
+    wind_per_m_sqrt_s: float  # densities of the random walks
+    strength_sqrt_s: float
+    background_sigmas_sqrt_s: float  # in standard deviations of a reading
+    second_strength_u: float  # standard deviation of ln(strength of the second source / first)
+    prior_odds: float  # of each alternative against the calibrated world
+
+    def check(self) -> None:
+        """Raise BadInput for a number out of range."""
+        in_range(self, knot_s=(0.1, 1e6), most_knots=(1, 100), wind_per_m_sqrt_s=(0, 1e3), strength_sqrt_s=(0, 10))
+        in_range(self, background_sigmas_sqrt_s=(0, 1e3), second_strength_u=(0.01, 10), prior_odds=(1e-9, 1e3))
+
+    @property
+    def any(self) -> bool:
+        """Whether there is any alternative."""
+        return self.wind or self.wind_changes or self.strength_changes or self.background_changes or self.second_source or self.wall
+
+    @property
+    def none(self) -> "Alternatives":
+        """No alternatives."""
+        return replace(self, wind=False, wind_changes=False, strength_changes=False, background_changes=False, second_source=False, wall=False)
+
+    def of(self, problem: Problem, best: Fit) -> Iterator[tuple[str, Callable[[], "Alternative"]]]:
+        """Yield the name of every alternative to the problem, whose best fit is given, and how it is made."""
+        makers = {
+            "another wind": (self.wind, lambda name: Alternative(name, reopen_wind(problem), _wind_starts(problem, best))),
+            "a wind that changes": (self.wind_changes, lambda name: self._walk(name, reopen_wind(problem), best, "wind_s")),
+            "a strength that changes": (self.strength_changes, lambda name: self._walk(name, problem, best, "strength_s")),
+            "a background that changes": (self.background_changes, lambda name: self._walk(name, problem, best, "background_s")),
+            "a second source": (self.second_source, lambda name: self._second_source(name, problem, best)),
+            "a wall": (self.wall, lambda name: self._wall(name, problem, best)),
+        }
+        for name, (wanted, make) in makers.items():
+            if wanted:
+                yield name, partial(make, name)
+
+    def _second_source(self, name: str, problem: Problem, best: Fit) -> "Alternative":
+        extended = self._with_second_source(problem, ANOTHER, self.second_strength_u)
+        return Alternative(name, extended, second_source_starts(problem, best))
+
+    def _wall(self, name: str, problem: Problem, best: Fit) -> "Alternative":
+        extended = self._with_second_source(problem, MIRRORED, WALL_STRENGTH_U)
+        return Alternative(name, extended, wall_starts(extended, best))
+
+    def _knots(self, problem: Problem) -> tuple[float, ...]:
+        t = problem.sniffs.reading_t_s
+        count = int(np.clip(round(float(t[-1] - t[0]) / self.knot_s), 1, self.most_knots))
+        return tuple(float(v) for v in np.linspace(t[0], t[-1], count + 1))
+
+    def _walk(self, name: str, problem: Problem, best: Fit, knots: str) -> "Alternative":
+        background = self.background_sigmas_sqrt_s * float(np.median(problem.sniffs.sigma_ppm))
+        densities = Densities(self.strength_sqrt_s, self.wind_per_m_sqrt_s, background)
+        extension = LawExtension(densities=densities, **{knots: self._knots(problem)})
+        blocks = (
+            (extension.strength, random_walk_cov(extension.strength_s, self.strength_sqrt_s)),
+            (extension.wind, np.kron(random_walk_cov(extension.wind_s, self.wind_per_m_sqrt_s), np.eye(3))),
+            (extension.background, random_walk_cov(extension.background_s, background)),
+        )
+        extended = extend(problem, extension, [(block, cov) for block, cov in blocks if len(block)])
+        return Alternative(name, extended, (np.concatenate([best.mean, np.zeros(extension.size)]),))
+
+    def _with_second_source(self, problem: Problem, kind: int, strength_u: float) -> Problem:
+        low, high = np.array(problem.arm.box_low_m), np.array(problem.arm.box_high_m)
+        extension = LawExtension(second_source=kind)
+        cov = np.diag([*(((high - low) / 2) ** 2 / 3.0), strength_u**2])
+        extended = extend(problem, extension, [(extension.second, cov)])
+        mean = np.array(extended.mean)
+        mean[problem.layout.size :] = [*((low + high) / 2), 0.0]
+        return replace(extended, mean=mean)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alternative:
+    """One alternative world: what is different, its fit problem, and start values (P,) for its fit."""
+
+    name: str
+    problem: Problem
+    starts: tuple[Array, ...]
+
+
+def extend(problem: Problem, extension: LawExtension, blocks: list[tuple[range, Array]]) -> Problem:
+    """Return the problem with the parameters of an extension at the end of theta: mean zero, covariance by blocks."""
+    n = problem.layout.size
+    mean, cov = np.concatenate([problem.mean, np.zeros(extension.size)]), np.zeros((n + extension.size, n + extension.size))
+    cov[:n, :n] = problem.cov
+    for indices, block in blocks:
+        at = n + np.array(indices)
+        cov[np.ix_(at, at)] = block
+    return replace(problem, mean=mean, cov=cov, extension=extension)
+
+
+def reopen_wind(problem: Problem) -> Problem:
+    """Return the problem with the wind as unknown as before calibration."""
+    mean, cov, law = np.array(problem.mean), np.array(problem.cov), problem.law
+    mean[WIND] = 0.0
+    cov[WIND, :] = cov[:, WIND] = 0.0
+    cov[WIND, WIND] = np.diag([law.wind_per_m_u**2, law.wind_per_m_u**2, law.lift_per_m_u**2])
+    return replace(problem, mean=mean, cov=cov)
+
+
+def _wind_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
+    starts = [best.mean]
+    for angle in 2.0 * np.pi * np.arange(WIND_STARTS) / WIND_STARTS:
+        start = np.array(best.mean)
+        start[WIND] = 1.3 * problem.law.wind_per_m_u * np.array([np.cos(angle), np.sin(angle), 0.0])
+        starts.append(start)
+    return tuple(starts)
+
+
+def second_source_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
+    """Start values with a second source: the first as fitted, the second at the best separated places of a grid by least squares."""
+    low, high = np.array(problem.arm.box_low_m), np.array(problem.arm.box_high_m)
+    places, decay = low + halton(GRID_POINTS) * (high - low), readings_without_source(problem, best.mean)
+    first, z = problem.expect(best.mean) - decay, problem.residual(best.mean, decay)
+    weight = 1.0 / (problem.sniffs.sigma_ppm**2 + (best.fluctuation.gamma * z) ** 2)
+    candidates = []
+    for place in places:
+        theta = np.array(best.mean)
+        theta[SOURCE] = place
+        factors, cost = _two_strengths(first, problem.expect(theta) - decay, z, weight)
+        theta[SOURCE], theta[LN_STRENGTH] = best.source, best.mean[LN_STRENGTH] + np.log(factors[0])
+        candidates.append((cost, np.concatenate([theta, place, [np.log(factors[1] / factors[0])]])))
+    starts: list[Array] = []
+    n = problem.layout.size
+    for _, start in sorted(candidates, key=lambda candidate: candidate[0]):
+        if len(starts) < SECOND_STARTS and all(np.linalg.norm(start[n : n + 3] - other[n : n + 3]) > SEPARATION_M for other in starts):
+            starts.append(start)
+    return tuple(starts)
+
+
+def wall_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
+    """Start values with a wall: the best by least squares of some directions and distances, for the source as fitted and nearer to us."""
+    n = best.layout.base
+    base = np.concatenate([best.mean[:n], best.source, [0.0]])
+    decay = readings_without_source(problem, base)
+    z = problem.residual(base, decay)
+    weight = 1.0 / (problem.sniffs.sigma_ppm**2 + (best.fluctuation.gamma * z) ** 2)
+    corners = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) != (0, 0, 0)], dtype=float)
+    candidates = []
+    for direction in corners / np.linalg.norm(corners, axis=1, keepdims=True):
+        for distance in WALL_DISTANCES_M:
+            for back in (0.0, 1.0):
+                theta = np.array(base)
+                theta[SOURCE] = best.source - back * distance * direction
+                theta[n : n + 3] = theta[SOURCE] + 2.0 * distance * direction
+                h = problem.expect(theta) - decay
+                factor = max(float(h @ (weight * z)) / max(float(h @ (weight * h)), 1e-300), 1e-3)
+                theta[LN_STRENGTH] += np.log(factor)
+                candidates.append((float(weight @ (z - factor * h) ** 2), theta))
+    return tuple(theta for _, theta in sorted(candidates, key=lambda candidate: candidate[0])[:WALL_STARTS])
+
+
+def _two_strengths(first: Array, second: Array, z: Array, weight: Array) -> tuple[Array, float]:
+    """Least-squares factors of two fields (m,), at least 1e-3, and the weighted sum of squares."""
+    fields = np.stack([first, second], axis=1)
+    normal = fields.T @ (weight[:, None] * fields)
+    factors = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2), fields.T @ (weight * z))
+    for i in range(2):
+        if factors[i] < 1e-3:
+            factors[i], other = 1e-3, 1 - i
+            factors[other] = max(float(fields[:, other] @ (weight * z)) / max(float(normal[other, other]), 1e-300), 1e-3)
+    residual = z - fields @ factors
+    return factors, float(weight @ residual**2)

@@ -1,0 +1,65 @@
+"""Self-test of a fit by its own whitened residuals, which are independent with unit variance if the world is the one that is assumed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from oio.core.records import Array
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.range_law import MAX_DISCREPANCY
+from oio.gas.whitening import whiten
+from oio.inference.forward_model import Problem
+from oio.inference.likelihoods import minus_2_log_likelihoods
+from oio.inference.map_fit import Fit, solve
+from oio.inference.metrics import ResidualTest
+
+RAISED = (1.0, 1.6, 2.7, 4.5, 7.5)  # factors by which the fluctuation may be larger than at calibration,
+DISCREPANCIES = (1.0, 2.0, 4.0)  # the model discrepancy,
+SLOWER = (1.0, 2.7)  # and the correlation time
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """Fit of one world, and its problem."""
+
+    problem: Problem
+    fit: Fit
+
+
+def residual_test(problem: Problem, fit: Fit) -> ResidualTest:
+    """Test a fit of a problem."""
+    e = _whitened_residuals(problem, fit)
+    square = float(np.mean(e * e))
+    return ResidualTest(square, float(np.mean(e[1:] * e[:-1])) / max(square, 1e-300))
+
+
+def _whitened_residuals(problem: Problem, fit: Fit) -> Array:
+    expected = problem.predict(fit.mean, False)
+    return np.asarray(whiten(problem.residual(fit.mean, expected.ppm)[:, None], expected.along, fit.fluctuation).rows[1:, 0])
+
+
+def with_raised_noise(minima: list[Candidate], min_evidence: float) -> list[Candidate]:
+    """Return the minima of one world, best first, with fluctuation, discrepancy and correlation time raised to the likeliest of some
+    factors for the best, if that is likelier by `min_evidence` in -2 ln L; else as they are.
+
+    They are never lowered: what calibration saw of the air can come back.
+    """
+    problem, fit = minima[0].problem, minima[0].fit
+    law, noise = problem.law, fit.fluctuation
+    expected = problem.predict(fit.mean, False)
+    residual = problem.residual(fit.mean, expected.ppm)
+    choices = [(gamma, w) for gamma in RAISED for w in DISCREPANCIES]
+    shapes = [(expected.along.field.slope_m, w * law.model_discrepancy, gamma * noise.gamma) for gamma, w in choices]
+    costs = minus_2_log_likelihoods(residual, expected.along, noise.scale, shapes, noise.t_s * np.array(SLOWER))
+    i, j = np.unravel_index(int(np.argmin(costs)), costs.shape)
+    if costs[0, 0] - costs[i, j] < min_evidence:
+        return minima
+    gamma, w = choices[i]
+    wider = replace(problem, law=replace(law, model_discrepancy=min(w * law.model_discrepancy, MAX_DISCREPANCY)))
+    raised = Fluctuation(noise.scale, gamma * noise.gamma, SLOWER[j] * noise.t_s)
+    return [Candidate(wider, _again(wider, minimum.fit, raised)) for minimum in minima]
+
+
+def _again(problem: Problem, fit: Fit, noise: Fluctuation) -> Fit:
+    again = solve(problem, fit.mean, noise)
+    return replace(again, world=fit.world, minus_2_log_evidence=again.minus_2_log_evidence + fit.charged)

@@ -1,0 +1,142 @@
+"""Posterior over worlds: hypotheses of all fitted worlds compared by evidence, those of one place merged, those of others kept apart."""
+
+from collections.abc import Container, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from oio.core.records import Array
+from oio.gas.range_law import LN_STRENGTH, SOURCE
+from oio.gas.second_source import ANOTHER
+from oio.inference.alternatives import Alternative, Alternatives
+from oio.inference.forward_model import Problem
+from oio.inference.map_fit import Fit, solve
+from oio.inference.residual_test import Candidate
+
+ONE_SIDED_95 = 1.645
+MARGIN_M = 0.05  # by which a source may lie outside the workspace box of the nose
+PRIOR_SDS = 3.0  # start values are moved to within so many prior standard deviations: fits that start farther off run out of steps
+
+
+def fit_alternatives(
+    settings: Alternatives, problem: Problem, best: Fit, before: Iterable[Fit], chosen: Container[str] | None = None
+) -> list[list[Candidate]]:
+    """Return the fits of every alternative world (or of the `chosen` names), from its own start values and from an earlier fit of it."""
+    earlier, worlds = {fit.world: fit for fit in reversed(tuple(before))}, list[list[Candidate]]()
+    charged = -2.0 * float(np.log(settings.prior_odds))
+    for name, make in settings.of(problem, best):
+        if chosen is not None and name not in chosen:
+            continue
+        alternative = make()
+        starts = [*alternative.starts, *_start_of(alternative, earlier.get(alternative.name))]
+        fits = [solve(alternative.problem, within_prior(alternative.problem, start), best.fluctuation) for start in starts]
+        named = [replace(f, world=alternative.name, minus_2_log_evidence=f.minus_2_log_evidence + charged, charged=charged) for f in fits]
+        found = [Candidate(alternative.problem, stronger_first(fit)) for fit in named]
+        worlds.append([c for c in found if plausible(c.problem, c.fit)])
+    return [world for world in worlds if world]
+
+
+def distinct(candidates: list[Candidate], apart_m: float, keep: float) -> list[Candidate]:
+    """Return the minima of one world, best first: those farther than `apart_m` from any better one, within `keep` of the best evidence."""
+    kept: list[Candidate] = []
+    for c in sorted(candidates, key=lambda c: c.fit.minus_2_log_evidence):
+        far = all(np.linalg.norm(c.fit.source - other.fit.source) > apart_m for other in kept)
+        if far and (not kept or c.fit.minus_2_log_evidence <= kept[0].fit.minus_2_log_evidence + keep):
+            kept.append(c)
+    return kept
+
+
+def _start_of(alternative: Alternative, earlier: Fit | None) -> list[Array]:
+    """The earlier fit of the same world as a start value; changes with time begin anew, because the knots have moved."""
+    if earlier is None:
+        return []
+    start, n = np.array(alternative.starts[0]), earlier.layout.base
+    start[:n] = earlier.mean[:n]
+    for i in alternative.problem.extension.second:
+        start[n + i] = earlier.mean[n + i]
+    return [start]
+
+
+def within_prior(problem: Problem, theta: Array) -> Array:
+    """Return theta (P,) clipped to PRIOR_SDS prior standard deviations, but for the source, whose prior is a box."""
+    sd = PRIOR_SDS * np.sqrt(np.diag(problem.cov))
+    clipped = np.clip(theta, problem.mean - sd, problem.mean + sd)
+    clipped[SOURCE] = theta[SOURCE]
+    return clipped
+
+
+def stronger_first(fit: Fit) -> Fit:
+    """Return the fit with its two sources exchanged if the second is surely the stronger, or, while that is open, the better located."""
+    if fit.extension.second_source != ANOTHER:
+        return fit
+    n = fit.layout.base
+    second = slice(n, n + 3)
+    open_which = abs(_strength_excess(fit)) <= ONE_SIDED_95
+    exchange = np.trace(fit.cov[second, second]) < np.trace(fit.source_cov) if open_which else fit.mean[n + 3] > 0.0
+    return exchanged(fit) if exchange else fit
+
+
+def _strength_excess(fit: Fit) -> float:
+    """ln strength of the first source over the second's, in its standard deviations."""
+    n = fit.layout.base
+    return -float(fit.mean[n + 3]) / float(np.sqrt(fit.cov[n + 3, n + 3]))
+
+
+def exchanged(fit: Fit) -> Fit:
+    """Return the fit with its two sources exchanged."""
+    n = fit.layout.base
+    exchange = np.eye(fit.layout.size)
+    first, second = np.arange(3), n + np.arange(3)
+    exchange[first, first] = exchange[second, second] = 0.0
+    exchange[first, second] = exchange[second, first] = 1.0
+    exchange[LN_STRENGTH, n + 3], exchange[n + 3, n + 3] = 1.0, -1.0
+    return replace(fit, mean=exchange @ fit.mean, cov=exchange @ fit.cov @ exchange.T)
+
+
+def either_source(fit: Fit) -> tuple[Fit, ...]:
+    """Return the fit, and the one with its sources exchanged while it is open which of them is the stronger (95 %).
+
+    The exchanged one is charged the prior odds once more, so that a second source which the readings do not call for blocks nothing.
+    """
+    if fit.extension.second_source != ANOTHER or _strength_excess(fit) > ONE_SIDED_95:
+        return (fit,)
+    return fit, replace(exchanged(fit), minus_2_log_evidence=fit.minus_2_log_evidence + fit.charged)
+
+
+def plausible(problem: Problem, fit: Fit) -> bool:
+    """Whether the source lies in the workspace box, or near it (MARGIN_M): an alternative may move it no farther."""
+    low, high = np.array(problem.arm.box_low_m) - MARGIN_M, np.array(problem.arm.box_high_m) + MARGIN_M
+    return bool(np.all(fit.source >= low) and np.all(fit.source <= high))
+
+
+def hypotheses(fits: Iterable[Fit], keep: float, separation_m: float, temper: float) -> tuple[Fit, ...]:
+    """Return distinct hypotheses, best first: fits within `keep` of the least -2 ln evidence, over `temper`.
+
+    Fits of one place (within `separation_m`) are merged: the best one, its covariance widened by the mixture's. `temper` (at least 1) is
+    the overdispersion of the residuals, because readings that are not independent say less than their likelihood (QAIC, Burnham & Anderson 2002).
+    """
+    ranked = sorted((either for fit in fits for either in either_source(fit)), key=lambda fit: fit.minus_2_log_evidence)
+    kept: list[list[Fit]] = []
+    for fit in ranked:
+        if (fit.minus_2_log_evidence - ranked[0].minus_2_log_evidence) / temper > keep:
+            break
+        group = next((group for group in kept if np.linalg.norm(fit.source - group[0].source) <= separation_m), None)
+        kept.append([fit]) if group is None else group.append(fit)
+    return tuple(merged(group, temper) for group in kept)
+
+
+def merged(group: list[Fit], temper: float) -> Fit:
+    """Return the first fit of a group, the covariance of its source widened to the second moment of the mixture about its mean."""
+    first, others = group[0], list[Fit]()
+    for fit in group[1:]:
+        if all(fit.world != other.world for other in (first, *others)):  # the best of each world
+            others.append(fit)
+    excess = np.array([fit.minus_2_log_evidence - first.minus_2_log_evidence for fit in (first, *others)])
+    weights = np.exp(-0.5 * excess / temper)
+    weights /= np.sum(weights)
+    cov = np.array(first.cov)
+    for weight, fit in zip(weights[1:], others, strict=True):
+        offset = fit.source - first.source
+        values, axes = np.linalg.eigh(fit.source_cov - first.source_cov + np.outer(offset, offset))
+        cov[SOURCE, SOURCE] += weight * (axes * np.maximum(values, 0.0)) @ axes.T
+    return replace(first, cov=cov)
