@@ -69,7 +69,15 @@ class Evaluate:
         maps = rerun.variants["calibrated"].odometry.hypotheses
         residuals, world = (maps[0].residuals, maps[0].world) if maps else (None, CALIBRATED)
         return Findings(
-            outcome.found, outcome.moves, outcome.nis_mean, residuals, world, len(maps), baseline_effective, self.arm.dof, self._unseen(rerun)
+            outcome.found,
+            outcome.moves,
+            outcome.nis_mean,
+            residuals,
+            world,
+            len(maps),
+            baseline_effective,
+            self.arm.dof,
+            self._unseen(rerun),
         )
 
     def _rerun(self, context: Context) -> Rescoring:

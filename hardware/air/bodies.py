@@ -6,6 +6,7 @@ rougher: it is transparent but for a share of the gas whose straight line from t
 face nearest to the source. The arm blocks likewise, as capsules about its links. None of them moves the wind.
 """
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -86,7 +87,7 @@ def shadow(source_m: Array, p_m: Array, joints_m: Array, radius_m: float, transm
 
     The last link carries the nose, which would always lie in its own shadow: it does not count.
     """
-    for a, b in zip(joints_m[:-2], joints_m[1:-1], strict=True):
+    for a, b in itertools.pairwise(joints_m[:-1]):
         if segment_distance_m(source_m, p_m, a, b) < radius_m:
             return transmits
     return 1.0

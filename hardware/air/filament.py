@@ -1,9 +1,9 @@
 """Filament model of a plume (Farrell, Murlis, Long, Li, Carde 2002, Environ. Fluid Mech. 2:143): intermittent, as real plumes are.
 
-Every source releases Gaussian puffs at a constant rate, of an amount of gas that its emission sets. Each is carried by the mean wind, by a meander that all puffs share, and by a
-velocity of its own; both are Ornstein-Uhlenbeck processes, discretised so that the dispersion does not depend on the step. Puffs grow by
-sigma^2 = sigma_0^2 + 2 D age. A puff is removed when it is too old or too far away. Free space: `hardware.air.bodies` puts walls into it.
-A developed plume is drawn, not simulated: see `hardware.air.aged_plume`.
+Every source releases Gaussian puffs at a constant rate, of an amount of gas that its emission sets. Each is carried by the mean wind, by
+a meander that all puffs share, and by a velocity of its own; both are Ornstein-Uhlenbeck processes, discretised so that the dispersion
+does not depend on the step. Puffs grow by sigma^2 = sigma_0^2 + 2 D age. A puff is removed when it is too old or too far away. Free
+space: `hardware.air.bodies` puts walls into it. A developed plume is drawn, not simulated: see `hardware.air.aged_plume`.
 """
 
 import math
@@ -122,7 +122,11 @@ class LiveFilament:
 
     def _amount(self, emitter: Emitter, t_s: Array) -> Array:
         """Gas in the puffs that an emitter releases at t_s (n,), over that of the strongest source at its full rate."""
-        return emitter.rate_ml_s / (self._puff_ml * self._air.puffs_per_s) * emitter.release.share(t_s) if self._puff_ml else np.zeros(len(t_s))
+        return (
+            emitter.rate_ml_s / (self._puff_ml * self._air.puffs_per_s) * emitter.release.share(t_s)
+            if self._puff_ml
+            else np.zeros(len(t_s))
+        )
 
     def _add(self, places_m: Array, velocities_m_s: Array, age_s: Array, amount: Array) -> None:
         """Add puffs at places_m (n, 3) with velocities_m_s (n, 3), age_s (n,) and relative amount of gas (n,)."""

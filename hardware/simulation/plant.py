@@ -108,7 +108,9 @@ class Plant:
         self._encoders.worsen(changes.drift_factor, seconds(self.t_ns))
         if changes.lag_factor != 1.0:
             if not isinstance(self._specimen, LagChanges):
-                raise BadInput(f"world.lag_factor is {changes.lag_factor:g}, but the lag of this sensor cannot change. Type world.lag_factor=1.")
+                raise BadInput(
+                    f"world.lag_factor is {changes.lag_factor:g}, but the lag of this sensor cannot change. Type world.lag_factor=1."
+                )
             self._specimen.scale_lag(changes.lag_factor)
 
     def _nose_m(self) -> Array:

@@ -89,13 +89,13 @@ class WorldChanges:
             )
         if (self.box_low_m is None) != (self.box_high_m is None) or not np.all(np.less(self.box_low_m or 0.0, self.box_high_m or 1.0)):
             raise BadInput(
-                f"world.box_low_m is {self.box_low_m} and world.box_high_m {self.box_high_m}, but a box needs both, the low corner below the "
-                f"high one. Type e.g. world.box_low_m=[0.03,-0.05,-0.05] world.box_high_m=[0.08,0.05,0.05]."
+                f"world.box_low_m is {self.box_low_m} and world.box_high_m {self.box_high_m}, but a box needs both, the low corner below "
+                f"the high one. Type e.g. world.box_low_m=[0.03,-0.05,-0.05] world.box_high_m=[0.08,0.05,0.05]."
             )
         if any(not 0.0 <= speed <= 10.0 for _, speed, _, _ in self.wind) or not any(self.shape_axis):
             raise BadInput(
-                f"world.wind is {[list(w) for w in self.wind]} and world.shape_axis {list(self.shape_axis)}, but a wind is {', '.join(WIND)} "
-                f"with a speed of 0 to 10 m/s, and an axis is not zero. Type e.g. world.wind=[[0,0.1,0,0]]."
+                f"world.wind is {[list(w) for w in self.wind]} and world.shape_axis {list(self.shape_axis)}, but a wind is "
+                f"{', '.join(WIND)} with a speed of 0 to 10 m/s, and an axis is not zero. Type e.g. world.wind=[[0,0.1,0,0]]."
             )
 
     def winds(self) -> tuple[WindChange, ...]:
@@ -123,7 +123,9 @@ class WorldChanges:
             found.append(Box(corners.min(axis=0), corners.max(axis=0), source_m, transmits=self.box_transmits))
         if self.table:
             found.append(Plane(np.zeros(3), np.array([0.0, 0.0, 1.0])))
-        walls = (Plane(source_m + d * towards[side], -towards[side], self.wall_reflects) for side, d in self.walls_m.items() if d is not None)
+        walls = (
+            Plane(source_m + d * towards[side], -towards[side], self.wall_reflects) for side, d in self.walls_m.items() if d is not None
+        )
         return (*found, *walls)
 
     def background_ppm(self, t_s: float) -> float:

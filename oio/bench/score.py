@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 from scipy.special import chdtri
 
-
 NEES_999 = float(chdtri(3, 1e-3))  # end of the 99.9 % region of a position
 
 
@@ -49,7 +48,7 @@ class Score:
     u_b_mm: float
     filter_mm: float  # source error of the filter alone, before the last map: it differs between filters
     filter_nees: float
-    world: str  # that the best hypothesis of the last map assumes
+    assumed_world: str  # by the best hypothesis of the last map
     wrong: bool  # the source is far from the answer, or outside its 99.9 % region
     passed: bool  # the verdict, which does not see the truth, is PASS
 
@@ -84,7 +83,7 @@ def _score(document: Mapping[str, Any], false_mm: float) -> Score:
         calibration_s=calibration["time_s"], error_ppm=calibration["error_ppm"], u_a_ppm=calibration["u_a_ppm"],
         u_b_mm=_mm(calibration["u_b_m"]), filter_mm=_mm(o["filtered_error_m"]),
         filter_nees=math.nan if o["filtered_nees"] is None else o["filtered_nees"],
-        world=o["world"], wrong=error_mm > false_mm or o["nees_source"] > NEES_999, passed=document["verdict"] == "PASS",
+        assumed_world=o["world"], wrong=error_mm > false_mm or o["nees_source"] > NEES_999, passed=document["verdict"] == "PASS",
     )  # fmt: skip
 
 

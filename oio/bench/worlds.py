@@ -87,13 +87,14 @@ def _row(key: tuple[str, str, str], trials: list[Trial]) -> Row:
         median_mm=float(np.median(errors)) if n else NAN, p95_mm=float(np.quantile(errors, 0.95)) if n else NAN,
         covered=_share(covered, n), covered_low=covered_low, covered_high=covered_high,
         declared=len(declared), false=false, false_share=_share(false, len(declared)), false_low=false_low, false_high=false_high,
-        passed=len(passed), wrong_pass=wrong, wrong_pass_share=_share(wrong, len(passed)), wrong_pass_low=wrong_low, wrong_pass_high=wrong_high,
+        passed=len(passed), wrong_pass=wrong, wrong_pass_share=_share(wrong, len(passed)),
+        wrong_pass_low=wrong_low, wrong_pass_high=wrong_high,
         moves=float(np.median([s.moves for s in scores])) if n else NAN, assumed=_assumed(scores),
     )  # fmt: skip
 
 
 def _assumed(scores: list[Score]) -> str:
-    counts = Counter(score.world for score in scores)
+    counts = Counter(score.assumed_world for score in scores)
     return ", ".join(f"{world} {count}" for world, count in counts.most_common(2))
 
 

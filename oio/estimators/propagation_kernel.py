@@ -35,7 +35,8 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas:
 
 @compiled
 def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: GasConstants) -> tuple[Array, Array, Array, Array]:
-    """Mean concentration (k,) at noses p (k, 3), its relative gradient by the law (k, LAW), and by minus the nose (k, 3), and the lag and fluctuation terms (k, 6)."""
+    """Mean concentration (k,) at noses p (k, 3), its relative gradients by the law (k, LAW) and by minus the nose (k, 3), and the lag and
+    fluctuation terms (k, 6)."""
     r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, rest_speed_rad_s, second = gas
     k, n = x.shape[0], len(dq)
     c, grad, by_nose, more = np.empty(k), np.empty((k, LAW)), np.empty((k, 3)), np.empty(LAW)

@@ -28,7 +28,9 @@ def draw(rows: Sequence[Any], out: Path) -> None:
     with mpl.rc_context(RC):
         figure = Figure(figsize=(width, CELL_IN[1] * len(worlds) + 1.8), dpi=100, layout="constrained")
         FigureCanvasAgg(figure)
-        for axes, (title, name, low, high, colours) in zip(figure.subplots(1, len(PANELS), squeeze=False, sharey=True)[0], PANELS, strict=True):
+        for axes, (title, name, low, high, colours) in zip(
+            figure.subplots(1, len(PANELS), squeeze=False, sharey=True)[0], PANELS, strict=True
+        ):
             values = np.full((len(worlds), len(cases)), np.nan)
             for r in rows:
                 values[worlds.index(r.world), cases.index((r.sensor, r.air))] = _value(r, name)
@@ -51,5 +53,5 @@ def _value(row: Any, name: str) -> float:
     if name == "covered":
         return 100.0 * float(row.covered)
     if name == "declared":
-        return 100.0 * row.declared / max(row.trials - row.failed, 1)
+        return 100.0 * float(row.declared) / max(int(row.trials) - int(row.failed), 1)
     return 100.0 * float(row.false_share)

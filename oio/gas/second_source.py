@@ -10,7 +10,7 @@ from oio.gas.range_law import LAW, LN_STRENGTH, SX, SY, SZ, concentration_at
 
 
 class SecondSource(NamedTuple):
-    """Second source as the filter takes it, known: position [m] and ln strength over the first's; `kind`: one of ALONE, ANOTHER, MIRRORED."""
+    """Second source as the filter takes it, known: position [m] and ln strength over the first's; ALONE, ANOTHER or MIRRORED."""
 
     x: float = 0.0
     y: float = 0.0
@@ -19,6 +19,7 @@ class SecondSource(NamedTuple):
     kind: int = 0  # ALONE
 
 
+NO_SECOND_SOURCE = SecondSource()
 ALONE, ANOTHER, MIRRORED = 0, 1, 2  # kinds: no second source, one of its own, the mirror image behind a wall
 BEHIND = 1e-3  # concentration behind a wall, over what the field would be: not zero, so that its logarithm exists
 

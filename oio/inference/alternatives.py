@@ -1,4 +1,4 @@
-"""Alternative worlds: what may have changed since calibration, each as a fit problem of its own, compared with the calibrated one by evidence.
+"""Alternative worlds: what may have changed since calibration, each a fit problem of its own, compared with the calibrated one by evidence.
 
 Calibration is a prior about the room as it was. Alternatives reopen the wind, let strength, wind or background change with time, or add a
 second source. Their evidence is the marginal likelihood in Laplace's approximation (MacKay 2003, ch. 28), so that the volume of every
@@ -60,15 +60,17 @@ class Alternatives:
     @property
     def none(self) -> "Alternatives":
         """No alternatives."""
-        return replace(self, wind=False, wind_changes=False, strength_changes=False, background_changes=False, second_source=False, wall=False)
+        return replace(
+            self, wind=False, wind_changes=False, strength_changes=False, background_changes=False, second_source=False, wall=False
+        )
 
     def of(self, problem: Problem, best: Fit) -> Iterator[tuple[str, Callable[[], "Alternative"]]]:
         """Yield the name of every alternative to the problem, whose best fit is given, and how it is made."""
         makers = {
             "another wind": (self.wind, lambda name: Alternative(name, reopen_wind(problem), _wind_starts(problem, best))),
-            "a wind that changes": (self.wind_changes, lambda name: self._walk(name, reopen_wind(problem), best, "wind_s")),
-            "a strength that changes": (self.strength_changes, lambda name: self._walk(name, problem, best, "strength_s")),
-            "a background that changes": (self.background_changes, lambda name: self._walk(name, problem, best, "background_s")),
+            "a wind that changes": (self.wind_changes, lambda name: self._walk(name, reopen_wind(problem), best, "wind")),
+            "a strength that changes": (self.strength_changes, lambda name: self._walk(name, problem, best, "strength")),
+            "a background that changes": (self.background_changes, lambda name: self._walk(name, problem, best, "background")),
             "a second source": (self.second_source, lambda name: self._second_source(name, problem, best)),
             "a wall": (self.wall, lambda name: self._wall(name, problem, best)),
         }
@@ -89,16 +91,17 @@ class Alternatives:
         count = int(np.clip(round(float(t[-1] - t[0]) / self.knot_s), 1, self.most_knots))
         return tuple(float(v) for v in np.linspace(t[0], t[-1], count + 1))
 
-    def _walk(self, name: str, problem: Problem, best: Fit, knots: str) -> "Alternative":
-        background = self.background_sigmas_sqrt_s * float(np.median(problem.sniffs.sigma_ppm))
+    def _walk(self, name: str, problem: Problem, best: Fit, what: str) -> "Alternative":
+        background, knots_s = self.background_sigmas_sqrt_s * float(np.median(problem.sniffs.sigma_ppm)), self._knots(problem)
         densities = Densities(self.strength_sqrt_s, self.wind_per_m_sqrt_s, background)
-        extension = LawExtension(densities=densities, **{knots: self._knots(problem)})
-        blocks = (
-            (extension.strength, random_walk_cov(extension.strength_s, self.strength_sqrt_s)),
-            (extension.wind, np.kron(random_walk_cov(extension.wind_s, self.wind_per_m_sqrt_s), np.eye(3))),
-            (extension.background, random_walk_cov(extension.background_s, background)),
-        )
-        extended = extend(problem, extension, [(block, cov) for block, cov in blocks if len(block)])
+        if what == "strength":
+            extension, cov = LawExtension(strength_s=knots_s, densities=densities), random_walk_cov(knots_s, self.strength_sqrt_s)
+        elif what == "wind":
+            extension = LawExtension(wind_s=knots_s, densities=densities)
+            cov = np.asarray(np.kron(random_walk_cov(knots_s, self.wind_per_m_sqrt_s), np.eye(3)), dtype=np.float64)
+        else:
+            extension, cov = LawExtension(background_s=knots_s, densities=densities), random_walk_cov(knots_s, background)
+        extended = extend(problem, extension, [(range(extension.size), cov)])
         return Alternative(name, extended, (np.concatenate([best.mean, np.zeros(extension.size)]),))
 
     def _with_second_source(self, problem: Problem, kind: int, strength_u: float) -> Problem:

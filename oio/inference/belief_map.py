@@ -68,7 +68,9 @@ class BeliefMap:
         chosen = None if everything else {fit.world for fit in before}
         alternatives = fit_alternatives(self.alternatives, problem, kept[0], before, chosen)
         worlds = [[Candidate(problem, fit) for fit in kept], *alternatives]
-        candidates = [c for world in worlds for c in with_raised_noise(distinct(world, self._apart_m, self.keep_chi2), self.raise_min_evidence)]
+        candidates = [
+            c for world in worlds for c in with_raised_noise(distinct(world, self._apart_m, self.keep_chi2), self.raise_min_evidence)
+        ]
         best = min(candidates, key=lambda c: c.fit.minus_2_log_evidence)
         residuals = residual_test(best.problem, best.fit)
         first, *others = hypotheses([c.fit for c in candidates], self.keep_chi2, self._apart_m, residuals.overdispersion)

@@ -17,8 +17,8 @@ from oio.gas.fluctuation import PathField
 from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, THINNING, WIND, RangeLaw
 from oio.gas.trace import Sniffs
 from oio.inference.forward_kernel import ExpectedPath, Lag, LawScale, SensedPath, predict_readings
-from oio.inference.law_extension import UNEXTENDED, LawExtension
 from oio.inference.grid_search import grid_costs
+from oio.inference.law_extension import UNEXTENDED, LawExtension
 from oio.kinematics.arm import Arm
 
 
@@ -121,7 +121,14 @@ class Problem:
     def _forward(self, theta: Array, want_rows: bool) -> ExpectedPath:
         sn, lag = self.sniffs, Lag(self.rise_s, self.fall_s)
         return predict_readings(
-            theta, SensedPath(sn.t_s, sn.q, sn.at, sn.element), sn.ppm[0], self.arm.adjoint, self._scale, lag, self.extension.knots, want_rows
+            theta,
+            SensedPath(sn.t_s, sn.q, sn.at, sn.element),
+            sn.ppm[0],
+            self.arm.adjoint,
+            self._scale,
+            lag,
+            self.extension.knots,
+            want_rows,
         )
 
     @property

@@ -16,7 +16,7 @@ import numpy as np
 from oio.core.records import Array, Belief, GasReading, JointState, seconds
 from oio.gas.fluctuation import Fluctuation, lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
-from oio.gas.second_source import SecondSource, add_second_source
+from oio.gas.second_source import NO_SECOND_SOURCE, SecondSource, add_second_source
 from oio.inference.map_fit import Fit
 from oio.inference.process_noise import ProcessNoise
 from oio.inference.step_constants import GasConstants, StepConstants
@@ -37,7 +37,7 @@ class StateSpace:
     fluctuation: Fluctuation
     sigma_ppm: float  # of one reading in clean air
     noise: Noise
-    second: SecondSource = SecondSource()  # whose field adds to that of the source, if a map found one
+    second: SecondSource = NO_SECOND_SOURCE  # whose field adds to that of the source, if a map found one
 
     @property
     def elements(self) -> int:

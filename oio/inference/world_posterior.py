@@ -113,7 +113,7 @@ def hypotheses(fits: Iterable[Fit], keep: float, separation_m: float, temper: fl
     """Return distinct hypotheses, best first: fits within `keep` of the least -2 ln evidence, over `temper`.
 
     Fits of one place (within `separation_m`) are merged: the best one, its covariance widened by the mixture's. `temper` (at least 1) is
-    the overdispersion of the residuals, because readings that are not independent say less than their likelihood (QAIC, Burnham & Anderson 2002).
+    the overdispersion of the residuals: readings that are not independent say less than their likelihood (QAIC, Burnham & Anderson 2002).
     """
     ranked = sorted((either for fit in fits for either in either_source(fit)), key=lambda fit: fit.minus_2_log_evidence)
     kept: list[list[Fit]] = []

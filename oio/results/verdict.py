@@ -56,13 +56,15 @@ def _consistency(found: Findings, limits: Limits) -> list[str]:
     reasons = list[str]()
     if found.nis_mean is not None and found.nis_mean > limits.nis_high:
         reasons.append(
-            f"mean NIS is {found.nis_mean:.2f}, up to {limits.nis_high:g} is consistent: the air is not the one of calibration, or R is wrong."
+            f"mean NIS is {found.nis_mean:.2f}, up to {limits.nis_high:g} is consistent: the air is not the one of calibration, or R is "
+            f"wrong."
         )
     if found.residuals is not None and found.residuals.overdispersion > limits.residuals_high:
         r = found.residuals
         reasons.append(
-            f"the residuals of the last map contradict its model: mean square {r.mean_square:.2f}, autocorrelation {r.autocorrelation:.2f}, "
-            f"together {r.overdispersion:.2f}, up to {limits.residuals_high:g} is consistent. Calibrate in the air that you search in."
+            f"the residuals of the last map contradict its model: mean square {r.mean_square:.2f}, autocorrelation "
+            f"{r.autocorrelation:.2f}, together {r.overdispersion:.2f}, up to {limits.residuals_high:g} is consistent. Calibrate in the air "
+            f"that you search in."
         )
     return reasons
 
