@@ -63,8 +63,8 @@ def _consistency(found: Findings, limits: Limits) -> list[str]:
         r = found.residuals
         reasons.append(
             f"the residuals of the last map contradict its model: mean square {r.mean_square:.2f}, autocorrelation "
-            f"{r.autocorrelation:.2f}, together {r.overdispersion:.2f}, up to {limits.residuals_high:g} is consistent. Calibrate in the air "
-            f"that you search in."
+            f"{r.autocorrelation:.2f}, together {r.overdispersion:.2f}, up to {limits.residuals_high:g} is consistent. Calibrate in the "
+            f"air that you search in."
         )
     return reasons
 

@@ -67,7 +67,7 @@ def burst(air, after_s, dt_s, seed=0):
         live.present(np.zeros(3), 1.0)
         for _ in range(20):
             live.step(0.02)
-        live._source_m = None  # the tap is closed, the air goes on
+        live._emitters = ()  # the tap is closed, the air goes on
         for _ in range(round(after_s / dt_s)):
             live.step(dt_s)
         places.append(live.places_m)
@@ -90,7 +90,7 @@ def test_wind_carries_the_puffs():
     live.present(np.zeros(3), 1.0)
     for _ in range(20):
         live.step(0.02)
-    live._source_m = None
+    live._emitters = ()
     for _ in range(100):
         live.step(0.02)
     assert np.hypot(*live.wind_m_s[:2]) == pytest.approx(0.1) and live.wind_m_s[2] == 0.0
