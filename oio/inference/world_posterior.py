@@ -14,6 +14,7 @@ from oio.inference.map_fit import Fit, solve
 from oio.inference.residual_test import Candidate
 
 ONE_SIDED_95 = 1.645
+EXTENT_M = 0.12  # two sources nearer than this may be one extended source
 MARGIN_M = 0.05  # by which a source may lie outside the workspace box of the nose
 PRIOR_SDS = 3.0  # start values are moved to within so many prior standard deviations: fits that start farther off run out of steps
 
@@ -93,6 +94,23 @@ def exchanged(fit: Fit) -> Fit:
     return replace(fit, mean=exchange @ fit.mean, cov=exchange @ fit.cov @ exchange.T)
 
 
+def extended_source(fit: Fit) -> Fit:
+    """Return the fit with its covariance widened to the extent of both sources if they lie within EXTENT_M of each other.
+
+    Two near points are also how an extended source looks, and its centre is anywhere between them: their second moment about the first,
+    weighted by strength, is added.
+    """
+    if fit.extension.second_source != ANOTHER:
+        return fit
+    n = fit.layout.base
+    apart, weight = fit.mean[n : n + 3] - fit.source, 1.0 / (1.0 + float(np.exp(-fit.mean[n + 3])))
+    if np.linalg.norm(apart) > EXTENT_M:
+        return fit
+    cov = np.array(fit.cov)
+    cov[SOURCE, SOURCE] += weight * np.outer(apart, apart)
+    return replace(fit, cov=cov)
+
+
 def either_source(fit: Fit) -> tuple[Fit, ...]:
     """Return the fit, and the one with its sources exchanged while it is open which of them is the stronger (95 %).
 
@@ -115,7 +133,7 @@ def hypotheses(fits: Iterable[Fit], keep: float, separation_m: float, temper: fl
     Fits of one place (within `separation_m`) are merged: the best one, its covariance widened by the mixture's. `temper` (at least 1) is
     the overdispersion of the residuals: readings that are not independent say less than their likelihood (QAIC, Burnham & Anderson 2002).
     """
-    ranked = sorted((either for fit in fits for either in either_source(fit)), key=lambda fit: fit.minus_2_log_evidence)
+    ranked = sorted((extended_source(either) for fit in fits for either in either_source(fit)), key=lambda fit: fit.minus_2_log_evidence)
     kept: list[list[Fit]] = []
     for fit in ranked:
         if (fit.minus_2_log_evidence - ranked[0].minus_2_log_evidence) / temper > keep:

@@ -87,7 +87,7 @@ def test_a_reading_that_one_refuses_is_used_by_the_other(search):
     assert innovation.gated and none is bank
 
 
-def test_odometry_lets_a_filter_begin_itself(lab, monkeypatch):
+def test_odometry_lets_a_filter_begin_itself(lab, built, monkeypatch):
     """The bank from all hypotheses, any other from the best."""
     made = lab(3, 1, seed=3)
     fits = fits_of(made, (10.0, 11.0))
@@ -96,18 +96,7 @@ def test_odometry_lets_a_filter_begin_itself(lab, monkeypatch):
     joints = JointState(1_000_000_000, made.arm.home, np.zeros(3), np.zeros(3))
     begun = {}
     for name, estimator in (("sum", SUM), ("one", EKF)):
-        places = BeliefMap(
-            path_period_s=0.06,
-            limit=1000,
-            grid_points=4,
-            points_per_shell=0,
-            shells_m=(),
-            starts=1,
-            restarts=0,
-            min_separation_m=0.05,
-            keep_chi2=7.8,
-        )
-        odometry = Odometry(estimator, known, places)
+        odometry = Odometry(estimator, known, built("belief_map"))
         monkeypatch.setattr(type(odometry.trace), "as_arrays", lambda _: None)
         odometry.joints(joints)
         odometry.locate(5)

@@ -75,7 +75,7 @@ class Surprised:
 
 @pytest.fixture
 def consistent(lab, built):
-    """Whether an odometry is consistent, mean NIS below 3, after readings of these NIS since its map."""
+    """Whether an odometry is consistent, mean NIS below 3, after readings of these NIS; "map" makes another map."""
     made = lab(3, 1, seed=31)
     sniffs = made.problem(made.theta(), poses=8).sniffs
 
@@ -85,18 +85,41 @@ def consistent(lab, built):
         odometry.locate(5)
         t_ns = nanoseconds(float(sniffs.t_s[-1]))
         for i, value in enumerate(nis, start=1):
-            odometry.reading(GasReading(t_ns + i, 0, value, 1.0))
+            if value == "map":
+                odometry.locate(5, odometry.hypotheses)
+            else:
+                odometry.reading(GasReading(t_ns + i, 0, value, 1.0))
         return odometry.consistent(3.0)
 
     return after
 
 
-def test_consistency_is_judged_by_the_latest_fifty_readings(consistent):
-    """Forty large ones are in the window still, and outweigh ten small ones after them; beyond fifty they are forgotten."""
-    assert not consistent(*[5.0] * 40, *[0.0] * 10)
-    assert consistent(*[5.0] * 40, *[0.0] * 25) and consistent(*[100.0] * 40, *[2.9] * 50)
-    assert not consistent(*[100.0], *[2.0] * 49) and consistent(*[100.0], *[2.0] * 50)
+@pytest.fixture
+def verified(lab, built):
+    """Whether the readings speak for it."""
+    made = lab(3, 1, seed=31)
+
+    def after(*nis):
+        odometry = Odometry(Surprised(), made.known, built("belief_map"))
+        odometry._nis.extend(nis)
+        return odometry.verified(3.0)
+
+    return after
 
 
-def test_fewer_than_ten_readings_are_no_evidence(consistent):
+def test_consistency_is_judged_by_the_latest_thirty_readings(consistent):
+    """Twenty large ones are in the window still, and outweigh ten small ones after them; beyond thirty they are forgotten."""
+    assert not consistent(*[5.0] * 20, *[0.0] * 10)
+    assert consistent(*[5.0] * 20, *[0.0] * 20) and consistent(*[100.0] * 20, *[2.9] * 30)
+    assert not consistent(*[100.0], *[2.0] * 29) and consistent(*[100.0], *[2.0] * 30)
+
+
+def test_a_map_does_not_empty_the_window(consistent):
+    """A map that explains the readings which contradicted the belief before it has foreseen none of them."""
+    assert not consistent(*[24.0] * 20, "map") and not consistent(*[24.0] * 20, "map", *[1.0] * 5)
+    assert consistent(*[24.0] * 20, "map", *[1.0] * 30)
+
+
+def test_fewer_than_ten_readings_are_no_evidence(consistent, verified):
     assert consistent(*[9.0] * 9) and not consistent(*[9.0] * 10)
+    assert not verified(*[1.0] * 9) and verified(*[1.0] * 10) and not verified(*[3.0] * 10)

@@ -9,7 +9,9 @@ from oio.core.errors import BadInput
 from oio.search.mapping_policy import MappingPolicy
 from oio.search.view import Move
 
-POLICY = MappingPolicy(explore_moves=6, min_whiffs=3, explore_max_moves=10, lost_moves=2, remap_factor=1.5, recheck_moves=3)
+POLICY = MappingPolicy(
+    explore_moves=6, min_whiffs=3, explore_max_moves=10, lost_moves=2, remap_factor=1.5, recheck_moves=3, thorough_factor=2.0
+)
 
 
 def moves(script):
@@ -50,3 +52,8 @@ def test_a_plume_that_is_found_again_is_mapped_at_once():
 def test_a_policy_that_cannot_map_is_refused(changed):
     with pytest.raises(BadInput, match=f"MappingPolicy.{next(iter(changed))}"):
         replace(POLICY, **changed)
+
+
+def test_every_alternative_is_fitted_ever_more_seldom():
+    assert [POLICY.thorough(moves, 10) for moves in (10, 19, 20, 50)] == [False, False, True, True]
+    assert POLICY.thorough(6, 0)
