@@ -34,16 +34,16 @@ FEWER = ("stage.navigate.max_moves=8", "stage.calibrate_bouts.moves_per_rung=2",
 TINY = ("sensor=ndir", "dof=3", "seed=3", *FEWER)
 STAGES = ["warm_up", "baseline", "calibrate_bouts", "map_beliefs", "assemble_qr", "navigate", "evaluate"]
 
-IDENTITY = {"sensor", "profile", "dof", "backend", "air", "ekf", "assembly", "seed"}
-VARIANTS = ["cold", "calibrated", "calibrated_paper_assembly"]
+IDENTITY = {"sensor", "profile", "dof", "backend", "air", "world", "ekf", "assembly", "seed"}
+VARIANTS = ["cold", "cold_open", "calibrated", "calibrated_paper_assembly"]
 SUMMARY = IDENTITY | {
     *("schema", "source_position_m", "calibration", *VARIANTS, "dead_reckoning", "bound_m", "bound_ratio"),
     *("posterior_bound_m", "posterior_bound_ratio"),
-    *("verdict", "reasons", "simulated_s", "wall_s"),
+    *("verdict", "reasons", "scored", "simulated_s", "wall_s"),
 }
 OUTCOME = {
     *("source_error_m", "nose_error_m", "nees_source", "inside_95", "nis_mean", "moves", "time_s", "found"),
-    *("final_nose_to_source_m", "believed_m", "sd_m", "filtered_error_m", "filtered_nees"),
+    *("final_nose_to_source_m", "believed_m", "sd_m", "filtered_error_m", "filtered_nees", "world"),
 }
 
 
@@ -135,7 +135,18 @@ def without(document, *keys):
 
 def test_it_ends_well_and_quietly(made):
     assert (made.code, made.stderr) == (0, "")
-    for word in ("cold start", "calibrated", "with the paper's Q, R", "dead reckoning", "error / bound", "Cramer-Rao", "verdict"):
+    for word in (
+        "cold start",
+        "cold start, open",
+        "from what a bench can see",
+        "scored",
+        "calibrated",
+        "with the paper's Q, R",
+        "dead reckoning",
+        "error / bound",
+        "Cramer-Rao",
+        "verdict",
+    ):
         assert word in made.stdout
     assert str(made.path) in made.stdout.splitlines()[-1]
     assert "\x1b" not in made.stdout
@@ -163,7 +174,7 @@ def test_the_config_is_whole_and_as_typed(made):
 
 def test_the_summary_has_its_schema(made):
     summary = made.summary
-    assert summary["schema"] == "oio.results.summary/1"
+    assert summary["schema"] == "oio.results.summary/2"
     assert set(summary) == SUMMARY
     assert set(summary["calibration"]) == {"time_s", "error_ppm", "u_a_ppm", "u_b_m", "moves"}
     assert set(summary["dead_reckoning"]) == {"nose_error_m"}
@@ -178,6 +189,7 @@ def test_the_summary_says_what_was_run(made):
         "dof": 3,
         "backend": "mujoco",
         "air": "still",
+        "world": "unchanged",
         "ekf": "ekf",
         "assembly": "gum",
         "seed": 3,
@@ -190,6 +202,7 @@ def test_the_figures_are_of_their_kind(made):
     assert summary["verdict"] in ("PASS", "WARN", "FAIL")
     assert all(isinstance(reason, str) and reason.endswith(".") for reason in summary["reasons"])
     assert (summary["verdict"] == "PASS") == (not summary["reasons"])
+    assert summary["scored"]["word"] in ("RIGHT", "WRONG") and all(reason.endswith(".") for reason in summary["scored"]["reasons"])
     assert len(summary["source_position_m"]) == 3
     assert summary["wall_s"] > 0 and summary["bound_m"] > 0 and summary["bound_ratio"] > 0 and summary["dead_reckoning"]["nose_error_m"] > 0
     assert all(summary["calibration"][key] > 0 for key in ("time_s", "error_ppm", "u_a_ppm", "u_b_m"))

@@ -55,7 +55,10 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
     """Print the table of one run: cold start against calibrated in mm, bounds, verdict."""
     console = Console(soft_wrap=True)
     if document["calibrated"] is not None:
-        title = f"{document['sensor']} ({document['profile']}), dof={document['dof']}, air={document['air']}, seed={document['seed']}"
+        world = f", world={document['world']}" if document.get("world") not in (None, "unchanged") else ""
+        title = (
+            f"{document['sensor']} ({document['profile']}), dof={document['dof']}, air={document['air']}{world}, seed={document['seed']}"
+        )
         Console(width=max(console.width, 112)).print(_outcome_table(document, title))
     calibration = document["calibration"]
     if calibration is not None:
@@ -69,7 +72,7 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
     console.print(f"verdict [bold {colour}]{document['verdict']}[/], from what a bench can see")
     for reason in document["reasons"]:
         console.print(f"  - {reason}", markup=False)
-    scored = document["scored"]
+    scored = document.get("scored")
     if scored is not None and scored["word"] != "unknown":
         console.print(f"scored {scored['word']}, against the truth{_coverage(document)}")
         for reason in scored["reasons"]:
@@ -98,7 +101,7 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
     for head in (error, "+- [mm]", "nose error [mm]", "NEES", "in 95 %", "NIS", "moves", "time [s]", "declared"):
         table.add_column(escape(head), justify="right", min_width=max(len(word) for word in head.split()))
     for key, name in OUTCOMES.items():
-        o = document[key]
+        o = document.get(key)  # summaries of schema 1 have no open cold start
         if o is None:
             continue
         missed = number(o.get("bearing_error_deg"), 1.0) if bearing else number(o["source_error_m"])

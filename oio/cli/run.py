@@ -42,7 +42,8 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
     names = {key: choices[key] for key in ("backend", "air", "ekf")}
     plain = {key: cfg[key] for key in ("dof", "assembly", "seed")}
-    identity = {"sensor": cfg.sensor.name, "profile": cfg.profile.name, **plain, **names}
+    world = cfg.world.name if choices["backend"] == "mujoco" else None  # a simulated one
+    identity = {"sensor": cfg.sensor.name, "profile": cfg.profile.name, **plain, **names, "world": world}
     stages = {name: instantiate(node) for name, node in (cfg.stage or {}).items()}
     if not stages:
         raise BadInput("stage=[] was given, but at least one stage is needed. Type e.g. stage=[warm_up,baseline].")

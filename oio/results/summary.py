@@ -88,7 +88,7 @@ class Evaluation:
 
 
 def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
-    """Return the document. `identity`: sensor, profile, dof, backend, air, ekf, assembly, seed. Stages that did not run give null."""
+    """Return the document. `identity`: sensor, profile, dof, backend, air, world, ekf, assembly, seed. Stages that did not run give null."""
     return {
         "schema": SCHEMA,
         **identity,

@@ -14,11 +14,11 @@ BEARING = {**OUTCOME, "source_error_m": None, "bearing_error_deg": 3.21}
 
 def document(outcome):
     return {
-        "sensor": "ec", "profile": "paper", "dof": 5, "air": "still", "seed": 7, "cold": outcome, "calibrated": outcome,
+        "sensor": "ec", "profile": "paper", "dof": 5, "air": "still", "seed": 7, "cold": outcome, "cold_open": outcome, "calibrated": outcome,
         "calibrated_paper_assembly": None, "dead_reckoning": {"nose_error_m": 0.02}, "bound_m": 0.009, "bound_ratio": 1.4,
         "posterior_bound_m": 0.006, "posterior_bound_ratio": 2.1,
         "calibration": {"time_s": 80.0, "moves": 40, "u_a_ppm": 0.4, "u_b_m": 0.006, "error_ppm": 1.5},
-        "verdict": "WARN", "reasons": ["no [sense] in it."], "wall_s": 4.0,
+        "verdict": "WARN", "reasons": ["no [sense] in it."], "scored": {"word": "RIGHT", "reasons": []}, "wall_s": 4.0,
     }  # fmt: skip
 
 
@@ -47,3 +47,17 @@ def test_the_sweep_has_its_units_and_names(capsys):
     said = capsys.readouterr().out
     for word in ("2 jobs, runs/[old]", "cold [mm]", "calibrated [mm]", "cal. time [s]", "u_a [ppm]", "wall [s]", "0_[a]", "1_[b]", "[no]"):
         assert word in said, said
+
+
+def test_the_score_stands_apart_from_the_verdict(capsys):
+    show_summary({**document(OUTCOME), "scored": {"word": "WRONG", "reasons": ["far off."]}}, "runs/1")
+    said = capsys.readouterr().out
+    assert "verdict WARN, from what a bench can see\n  - no [sense] in it.\nscored WRONG, against the truth" in said and "far off." in said
+    show_summary({**document(OUTCOME), "scored": {"word": "unknown", "reasons": []}}, "runs/1")
+    assert "scored" not in capsys.readouterr().out
+
+
+def test_a_summary_of_schema_1_can_be_shown(capsys):
+    old = {key: value for key, value in document(OUTCOME).items() if key not in ("scored", "cold_open")}
+    show_summary(old, "runs/1")
+    assert "cold start" in capsys.readouterr().out

@@ -35,7 +35,7 @@ def test_rows_are_central_differences(lab, dof, elements, kind):
     rng = np.random.default_rng(3)
     whole = np.concatenate([theta, SECOND if kind else [], 0.3 * rng.standard_normal(problem.extension.size - (4 if kind else 0))])
     if kind == MIRRORED:
-        whole[len(theta) : len(theta) + 3] = theta[:3] + [0.9, 0.0, 0.0]  # no nose gets behind that wall
+        whole[len(theta) : len(theta) + 3] = theta[:3] + np.array([0.9, 0.0, 0.0])  # no nose gets behind that wall
     rows, n = problem.predict(whole).rows, len(theta)
     for j in [*range(9), *range(9, 9 + dof), *range(n, problem.layout.size)]:
         step = np.zeros(problem.layout.size)

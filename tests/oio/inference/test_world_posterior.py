@@ -40,7 +40,7 @@ def with_second(fitted):
     problem, fit = fitted
     more = extend(problem, LawExtension(ANOTHER), [(range(4), np.diag([0.01, 0.01, 0.01, 1.0]))])
     n = problem.layout.size
-    mean, cov = np.concatenate([fit.mean, fit.source + [0.0, 0.1, 0.0], [-0.4]]), np.zeros((n + 4, n + 4))
+    mean, cov = np.concatenate([fit.mean, fit.source + np.array([0.0, 0.1, 0.0]), [-0.4]]), np.zeros((n + 4, n + 4))
     cov[:n, :n], cov[n:, n:] = fit.cov, np.diag([4e-4, 4e-4, 4e-4, 0.01])
     return replace(fit, layout=more.layout, mean=mean, cov=cov, extension=more.extension, world="a second source", charged=4.6)
 

@@ -73,5 +73,5 @@ def test_before_the_first_map_there_is_no_hypothesis(searching):
 
 
 def test_senseless_settings_are_refused():
-    with pytest.raises(BadInput, match="Verification.radius_m is 0"):
+    with pytest.raises(BadInput, match=r"Verification\.radius_m is 0"):
         replace(RULE, radius_m=0.0)

@@ -1,0 +1,79 @@
+"""The benchmark of changed worlds: what its rows count, and that its command leaves what it says."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from oio.bench import __main__ as command
+from oio.bench.score import NEES_999, Case, Score, Trial, scored
+from oio.bench.worlds import ALL, rows
+
+GOOD = Score(
+    error_mm=8.0, nees=3.0, inside_95=True, bound_mm=8.0, declared=True, false=False, moves=50, time_s=40.0, nis=1.0, nose_mm=4.0,
+    dead_reckoning_mm=8.0, cold_error_mm=20.0, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0, filter_mm=9.0, filter_nees=4.0,
+    assumed_world="as calibrated", wrong=False, passed=True,
+)  # fmt: skip
+WRONG = replace(GOOD, error_mm=90.0, nees=100.0, inside_95=False, wrong=True)
+WALL, PLAIN = Case("ndir", "still", 5, "d_optimal", "ekf", "wall"), Case("ndir", "still", 5, "d_optimal", "ekf")
+SHORT = (
+    "stage.navigate.max_moves=7",
+    "stage.map_beliefs.repeats=2",
+    "stage.map_beliefs.budget_s=0",
+    "stage.calibrate_bouts.moves_per_rung=2",
+)
+
+
+def test_wrong_answers_are_counted_where_they_were_declared_or_passed():
+    scores = [GOOD, WRONG, replace(WRONG, passed=False), replace(WRONG, declared=False, passed=False)]
+    trials = [Trial(WALL, seed, s, "") for seed, s in enumerate(scores)]
+    row, together = rows(trials)
+    assert (row.world, row.trials, row.declared, row.false, row.passed, row.wrong_pass) == ("wall", 4, 3, 2, 2, 1)
+    assert row.false_share == pytest.approx(2 / 3) and row.wrong_pass_share == 0.5 and row.covered == 0.25
+    assert row.false_low < 2 / 3 < row.false_high and row.median_mm == 90.0
+    assert together.world == ALL and together.trials == 4
+
+
+def test_worlds_have_rows_of_their_own_and_one_of_all():
+    trials = [Trial(PLAIN, 0, GOOD, ""), Trial(WALL, 0, WRONG, ""), Trial(PLAIN, 1, None, "it broke")]
+    plain, wall, together = rows(trials)
+    assert (plain.trials, plain.failed, wall.failed) == (2, 1, 0)
+    assert (together.trials, together.failed, together.declared, together.false) == (3, 1, 2, 1)
+
+
+def test_without_a_declaration_there_is_no_share():
+    (row, _) = rows([Trial(WALL, 0, replace(GOOD, declared=False, passed=False), "")])
+    assert np.isnan(row.false_share) and np.isnan(row.wrong_pass_share)
+
+
+@pytest.mark.parametrize(
+    ("error_m", "nees", "wrong"), [(0.029, NEES_999 - 0.01, False), (0.031, 1.0, True), (0.005, NEES_999 + 0.01, True)]
+)
+def test_wrong_is_far_off_or_outside_the_region(error_m, nees, wrong):
+    outcome = {
+        "source_error_m": error_m, "nees_source": nees, "inside_95": True, "found": True, "moves": 9, "time_s": 1.0, "nis_mean": None,
+        "nose_error_m": None, "filtered_error_m": None, "filtered_nees": None, "world": "another wind",
+    }  # fmt: skip
+    document = {
+        "calibrated": outcome, "cold": outcome, "bound_m": None, "dead_reckoning": {"nose_error_m": None}, "verdict": "WARN",
+        "calibration": {"time_s": 1.0, "error_ppm": 1.0, "u_a_ppm": 1.0, "u_b_m": 0.01},
+    }  # fmt: skip
+    score = scored(WALL, 1, document, "", 30.0).score
+    assert score is not None and (score.wrong, score.passed, score.assumed_world) == (wrong, False, "another wind")
+
+
+def test_the_command_leaves_its_table_and_picture(tmp_path, capsys):
+    words = ["worlds", "world=unchanged,wall", "sensor=ndir", "air=steady", "dof=3", "seeds=3", "jobs=1", f"out={tmp_path}/out", *SHORT]
+    assert command.main(words) == 0
+    with (tmp_path / "out" / "worlds.csv").open(encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    assert [row["world"] for row in table] == ["unchanged", "wall", "all"]
+    assert (tmp_path / "out" / "worlds.png").stat().st_size > 10_000
+    told = capsys.readouterr().out
+    assert "declared, but wrong" in told and "wall" in told
+
+
+def test_a_world_that_does_not_exist_is_refused(capsys):
+    assert command.main(["worlds", "world=moon", "seeds=3"]) == 2
+    assert "world can be" in capsys.readouterr().err
