@@ -34,7 +34,7 @@ class MujocoSim:
     air: Air
     beacon: Source
     source: Source
-    changes: WorldChanges
+    world: WorldChanges
     safety: SafetyLimits
     background_ppm: float
     emission_ml_s: float
@@ -77,7 +77,7 @@ class MujocoSim:
         return PlantSpec(
             arm=self.arm, sensor=self.sensor, air=self.air, beacon=self.beacon, source=self.source, seeds=self.seeds,
             background_ppm=self.background_ppm, emission_ml_s=self.emission_ml_s, period_s=self.joint_period_s, air_every=self.air_every,
-            encoder_counts=self.encoder_counts, changes=self.changes,
+            encoder_counts=self.encoder_counts, changes=self.world,
         )  # fmt: skip
 
 

@@ -16,7 +16,8 @@ from oio.core.errors import BadInput, OioError
 
 # Fields of backends and stages that are filled by interpolation of the root key of the same name.
 SHARED = (
-    "arm", "sensor", "air", "world", "beacon", "source", "seeds", "recording", "belief_map", "process_noise", "nominal", "stop", "safety", "ekf",
+    "arm", "sensor", "air", "world", "beacon", "source", "seeds",
+    "recording", "belief_map", "process_noise", "nominal", "stop", "safety", "ekf",
     "search", "range_law", "bout",
 )  # fmt: skip
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from oio.core.errors import BadInput
-from oio.results.summary import SCHEMA
+from oio.results.summary import READABLE, SCHEMA
 
 Document = dict[str, Any]
 
@@ -18,7 +18,7 @@ def read_summary(path: Path) -> Document:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, OSError) as error:
         raise BadInput(f"{path} was given as a summary, but it cannot be read ({error}). {_REPAIR}") from None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+    if not isinstance(document, dict) or document.get("schema") not in READABLE:
         raise BadInput(f"{path} was given as a summary, but it is not of schema {SCHEMA}. {_REPAIR}")
     return document
 

@@ -22,7 +22,7 @@ from oio.inference.sampling import halton
 from oio.inference.source_strength import readings_without_source
 
 WIND_STARTS = 4  # directions of a new wind that are tried besides that of the best fit
-GRID_POINTS = 96  # places of a second source that are tried
+GRID_POINTS = 64  # places of a second source that are tried
 SECOND_STARTS = 2  # of which so many are fitted,
 WALL_STRENGTH_U = 0.05  # standard deviation of ln(strength of a mirror image over that of the source)
 WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2
@@ -180,7 +180,7 @@ def wall_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
     decay = readings_without_source(problem, base)
     z = problem.residual(base, decay)
     weight = 1.0 / (problem.sniffs.sigma_ppm**2 + (best.fluctuation.gamma * z) ** 2)
-    corners = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) != (0, 0, 0)], dtype=float)
+    corners = np.concatenate([np.eye(3), -np.eye(3), [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
     candidates = []
     for direction in corners / np.linalg.norm(corners, axis=1, keepdims=True):
         for distance in WALL_DISTANCES_M:

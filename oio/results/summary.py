@@ -9,6 +9,7 @@ from oio.inference.map_fit import CALIBRATED
 from oio.results.calibration import Calibration
 
 SCHEMA = "oio.results.summary/2"
+READABLE = ("oio.results.summary/1", SCHEMA)  # schema 2 adds fields to schema 1; its verdict no longer knows the truth
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,8 @@ class Evaluation:
 
 
 def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
-    """Return the document. `identity`: sensor, profile, dof, backend, air, world, ekf, assembly, seed. Stages that did not run give null."""
+    """Return the document. `identity`: sensor, profile, dof, backend, air, world, ekf, assembly, seed. Stages that did
+    not run give null."""
     return {
         "schema": SCHEMA,
         **identity,

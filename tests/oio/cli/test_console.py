@@ -14,7 +14,8 @@ BEARING = {**OUTCOME, "source_error_m": None, "bearing_error_deg": 3.21}
 
 def document(outcome):
     return {
-        "sensor": "ec", "profile": "paper", "dof": 5, "air": "still", "seed": 7, "cold": outcome, "cold_open": outcome, "calibrated": outcome,
+        "sensor": "ec", "profile": "paper", "dof": 5, "air": "still", "seed": 7,
+        "cold": outcome, "cold_open": outcome, "calibrated": outcome,
         "calibrated_paper_assembly": None, "dead_reckoning": {"nose_error_m": 0.02}, "bound_m": 0.009, "bound_ratio": 1.4,
         "posterior_bound_m": 0.006, "posterior_bound_ratio": 2.1,
         "calibration": {"time_s": 80.0, "moves": 40, "u_a_ppm": 0.4, "u_b_m": 0.006, "error_ppm": 1.5},

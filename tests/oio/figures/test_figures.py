@@ -247,7 +247,7 @@ def test_no_summary(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert refusal([str(run)], capsys).startswith(f"{path} was given as a summary, but it cannot be read (Expecting property name")
     path.write_text("[]")
     assert refusal([str(run)], capsys) == (
-        f"{path} was given as a summary, but it is not of schema oio.results.summary/1. "
+        f"{path} was given as a summary, but it is not of schema oio.results.summary/2. "
         "Remove it to draw the run from its log alone, or run the experiment again."
     )
 
