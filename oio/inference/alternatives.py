@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.gas.range_law import LN_STRENGTH, SOURCE, WIND
@@ -21,6 +22,14 @@ from oio.inference.map_fit import Fit
 from oio.inference.sampling import halton
 from oio.inference.source_strength import readings_without_source
 
+WORLDS = {  # keys of the configuration, and what verdicts say
+    "wind": "another wind",
+    "wind_changes": "a wind that changes",
+    "strength_changes": "a strength that changes",
+    "background_changes": "a background that changes",
+    "second_source": "a second source",
+    "wall": "a wall",
+}
 WIND_STARTS = 4  # directions of a new wind that are tried besides that of the best fit
 GRID_POINTS = 64  # places of a second source that are tried
 SECOND_STARTS = 2  # of which so many are fitted,
@@ -33,12 +42,7 @@ SEPARATION_M = 0.06  # and they are this far from each other
 class Alternatives:
     """Which alternatives are fitted beside the calibrated world, and their priors."""
 
-    wind: bool  # the wind is another than at calibration
-    wind_changes: bool  # and it changes with time
-    strength_changes: bool
-    background_changes: bool
-    second_source: bool
-    wall: bool  # which reflects the gas
+    worlds: tuple[str, ...]  # of WORLDS
     knot_s: float  # distance in time of the knots between which a change is linear,
     most_knots: int  # but at most so many
     wind_per_m_sqrt_s: float  # densities of the random walks
@@ -48,35 +52,30 @@ class Alternatives:
     prior_odds: float  # of each alternative against the calibrated world
 
     def check(self) -> None:
-        """Raise BadInput for a number out of range."""
+        """Raise BadInput for an unknown world or a number out of range."""
+        if unknown := [world for world in self.worlds if world not in WORLDS]:
+            given = f"belief_map.alternatives.worlds has '{unknown[0]}'"
+            raise BadInput(f"{given}, but it can be {', '.join(WORLDS)}. Type e.g. belief_map.alternatives.worlds=[wind,second_source].")
         in_range(self, knot_s=(0.1, 1e6), most_knots=(1, 100), wind_per_m_sqrt_s=(0, 1e3), strength_sqrt_s=(0, 10))
         in_range(self, background_sigmas_sqrt_s=(0, 1e3), second_strength_u=(0.01, 10), prior_odds=(1e-9, 1e3))
 
     @property
-    def any(self) -> bool:
-        """Whether there is any alternative."""
-        return self.wind or self.wind_changes or self.strength_changes or self.background_changes or self.second_source or self.wall
-
-    @property
     def none(self) -> "Alternatives":
         """No alternatives."""
-        return replace(
-            self, wind=False, wind_changes=False, strength_changes=False, background_changes=False, second_source=False, wall=False
-        )
+        return replace(self, worlds=())
 
     def of(self, problem: Problem, best: Fit) -> Iterator[tuple[str, Callable[[], "Alternative"]]]:
         """Yield the name of every alternative to the problem, whose best fit is given, and how it is made."""
         makers = {
-            "another wind": (self.wind, lambda name: Alternative(name, reopen_wind(problem), _wind_starts(problem, best))),
-            "a wind that changes": (self.wind_changes, lambda name: self._walk(name, reopen_wind(problem), best, "wind")),
-            "a strength that changes": (self.strength_changes, lambda name: self._walk(name, problem, best, "strength")),
-            "a background that changes": (self.background_changes, lambda name: self._walk(name, problem, best, "background")),
-            "a second source": (self.second_source, lambda name: self._second_source(name, problem, best)),
-            "a wall": (self.wall, lambda name: self._wall(name, problem, best)),
+            "wind": lambda name: Alternative(name, reopen_wind(problem), _wind_starts(problem, best)),
+            "wind_changes": lambda name: self._walk(name, reopen_wind(problem), best, "wind"),
+            "strength_changes": lambda name: self._walk(name, problem, best, "strength"),
+            "background_changes": lambda name: self._walk(name, problem, best, "background"),
+            "second_source": lambda name: self._second_source(name, problem, best),
+            "wall": lambda name: self._wall(name, problem, best),
         }
-        for name, (wanted, make) in makers.items():
-            if wanted:
-                yield name, partial(make, name)
+        for key in self.worlds:
+            yield WORLDS[key], partial(makers[key], WORLDS[key])
 
     def _second_source(self, name: str, problem: Problem, best: Fit) -> "Alternative":
         extended = self._with_second_source(problem, ANOTHER, self.second_strength_u)

@@ -62,7 +62,7 @@ class BeliefMap:
         """
         problem = search_problem(sniffs, known)
         kept = self._as_calibrated(problem, known, before)
-        if not self.alternatives.any or known.model.arm.dof < 3:
+        if not self.alternatives.worlds or known.model.arm.dof < 3:
             return (replace(kept[0], residuals=residual_test(problem, kept[0])), *kept[1:])
         everything = thorough or residual_test(problem, kept[0]).overdispersion > self.suspect_overdispersion
         chosen = None if everything else {fit.world for fit in before}
