@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from oio.core.records import GasReading, JointState, nanoseconds
+from oio.gas.second_source import ANOTHER, NO_SECOND_SOURCE, SecondSource
+from oio.inference.law_extension import Densities, LawExtension
 from oio.inference.map_fit import Fit
 from oio.inference.uncertainty import Noise
 
@@ -34,11 +36,12 @@ def difference(f, x, size, h):
 
 @pytest.mark.parametrize(("dof", "elements"), [(1, 1), (3, 2), (5, 2)])
 @pytest.mark.parametrize("lagged_ppm", [0.5, 400.0])
-def test_f_is_the_central_difference(lab, dof, elements, lagged_ppm):
+@pytest.mark.parametrize("second", [NO_SECOND_SOURCE, SecondSource(0.35, -0.1, 0.2, -0.3, ANOTHER)])
+def test_f_is_the_central_difference(lab, dof, elements, lagged_ppm, second):
     made = lab(dof, elements, seed=dof)
-    x, sensed = state(made, lagged_ppm=lagged_ppm), joints(made)
-    numeric = difference(lambda y: made.model.transition(y, 0.3, sensed)[0], x, made.model.size, 1e-6)
-    np.testing.assert_allclose(made.model.transition(x, 0.3, sensed)[1], numeric, rtol=1e-5, atol=1e-6)
+    model, x, sensed = replace(made.model, second=second), state(made, lagged_ppm=lagged_ppm), joints(made)
+    numeric = difference(lambda y: model.transition(y, 0.3, sensed)[0], x, model.size, 1e-6)
+    np.testing.assert_allclose(model.transition(x, 0.3, sensed)[1], numeric, rtol=1e-5, atol=1e-6)
 
 
 def swept(made, x, dt_s, for_s=0.4):
@@ -188,3 +191,39 @@ def test_the_nose_is_at_the_joints_less_their_offset(lab):
     p, cov = made.model.nose(belief, sensed)
     np.testing.assert_allclose(p, made.arm.nose(sensed.q - belief.mean[made.model.at["o"]]))
     assert cov.shape == (3, 3) and np.linalg.eigvalsh(cov).min() > -1e-15
+
+
+def extended_fit(made, extension, values):
+    fit = fit_of(made, made.theta())
+    n = made.layout.size
+    cov = 1e-4 * np.eye(n + extension.size)
+    cov[:n, :n] = fit.cov
+    layout = replace(made.layout, extra=extension.size)
+    return replace(fit, layout=layout, mean=np.concatenate([fit.mean, values]), cov=cov, extension=extension), fit
+
+
+def test_what_changed_begins_as_it_is_at_the_end(lab):
+    """Of a random walk the last knot counts: strength, wind, and background by the gain of each element."""
+    made = lab(3, 2, seed=1)
+    knots = (0.0, 10.0, 20.0)
+    extension = LawExtension(strength_s=knots, wind_s=knots, background_s=knots)
+    values = np.array([-0.1, -0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 9.0])
+    fit, plain = extended_fit(made, extension, values)
+    model, at = replace(made.model, gain=(1.0, 0.5)), made.model.at
+    more = model.begin(fit, 0, 6).mean - model.begin(plain, 0, 6).mean
+    expected = np.zeros(model.size)
+    expected[at["l"]], expected[at["k"]], expected[at["b"]] = -0.5, [4.0, 5.0, 6.0], [9.0, 4.5]
+    np.testing.assert_allclose(more, expected, atol=1e-12)
+
+
+def test_the_model_after_a_map_is_that_of_its_world(lab):
+    made = lab(3, 1, seed=1)
+    plain = made.model.after(fit_of(made, made.theta()))
+    assert plain.second == NO_SECOND_SOURCE and plain.process_noise == made.model.process_noise
+    fit, _ = extended_fit(made, LawExtension(ANOTHER), np.array([0.3, 0.1, 0.2, -0.4]))
+    assert made.model.after(fit).second == SecondSource(0.3, 0.1, 0.2, -0.4, ANOTHER)
+    walking, _ = extended_fit(made, LawExtension(strength_s=(0.0, 9.0), densities=Densities(0.1, 3.0, 0.2)), np.array([-0.2]))
+    noise = made.model.after(walking).process_noise
+    assert noise.strength_sqrt_s == 0.1 and noise.wind_per_m_sqrt_s == made.model.process_noise.wind_per_m_sqrt_s
+    raised = replace(fit_of(made, made.theta()), fluctuation=replace(made.model.fluctuation, gamma=1.0))
+    assert made.model.after(raised).fluctuation.gamma == 1.0

@@ -1,0 +1,88 @@
+"""Alternative worlds as they are configured, and that a map finds the one that its readings were drawn from."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from oio.core.errors import BadInput
+from oio.gas.second_source import ANOTHER
+from oio.inference import belief_map
+from oio.inference.alternatives import WORLDS, extend
+from oio.inference.law_extension import LawExtension
+from oio.inference.map_fit import CALIBRATED, solve
+
+
+@pytest.fixture(scope="module")
+def maps(built):
+    return built("belief_map")
+
+
+def known_and_problem(made):
+    theta = made.theta()
+    return theta, made.problem(theta, poses=24)
+
+
+def test_every_world_is_in_the_defaults_and_made(lab, maps):
+    made = lab(3, 1, seed=90)
+    theta, problem = known_and_problem(made)
+    best = solve(problem, theta, made.model.fluctuation)
+    assert set(maps.alternatives.worlds) == set(WORLDS)
+    for name, make in maps.alternatives.of(problem, best):
+        alternative = make()
+        assert alternative.name == name and alternative.starts
+        for start in alternative.starts:
+            assert start.shape == (alternative.problem.layout.size,) and np.all(np.isfinite(start))
+        np.linalg.cholesky(alternative.problem.cov)  # a proper prior
+
+
+def test_an_unknown_world_is_refused(maps):
+    with pytest.raises(BadInput, match="has 'moon', but it can be wind, wind_changes"):
+        replace(maps.alternatives, worlds=("moon",))
+
+
+def test_readings_of_the_calibrated_world_are_explained_by_it(lab, maps):
+    made = lab(3, 1, seed=91)
+    theta, problem = known_and_problem(made)
+    best, *others = maps.locate(problem.sniffs, made.known)
+    assert best.world == CALIBRATED and not others
+    assert np.linalg.norm(best.source - theta[:3]) < 0.03
+
+
+def test_another_wind_is_found(lab, maps):
+    """The wind of calibration is known to 0.5 / m; the readings were drawn with 30 / m."""
+    made = lab(3, 1, seed=92)
+    theta = made.theta()
+    theta[5:8] = [30.0, 0.0, 0.0]
+    problem = made.problem(theta, poses=24)
+    taken_at_its_word = replace(maps, alternatives=maps.alternatives.none).locate(problem.sniffs, made.known)[0]
+    best = maps.locate(problem.sniffs, made.known)[0]
+    assert "wind" in best.world and best.minus_2_log_evidence < taken_at_its_word.minus_2_log_evidence - 20.0
+    assert np.linalg.norm(best.source - theta[:3]) < min(0.03, np.linalg.norm(taken_at_its_word.source - theta[:3]))
+
+
+def test_a_second_source_is_found_and_the_stronger_is_the_answer(lab, maps):
+    made = lab(3, 1, seed=93)
+    theta = made.theta()
+    problem = made.problem(theta, poses=60)
+    n, place = made.layout.size, np.array([0.30, -0.12, 0.15]) if theta[1] > 0 else np.array([0.30, 0.12, 0.15])
+    extended = extend(problem, LawExtension(ANOTHER), [(range(4), np.eye(4))])
+    more = extended.expect(np.concatenate([theta, place, [-0.7]])) - problem.expect(theta)
+    both = replace(problem.sniffs, ppm=problem.sniffs.ppm + more)
+    best = maps.locate(both, made.known)[0]
+    assert best.world in ("a second source", "a wall")
+    assert np.linalg.norm(best.source - theta[:3]) < 0.03
+    if best.world == "a second source":
+        assert np.linalg.norm(best.mean[n : n + 3] - place) < 0.06
+
+
+def test_a_map_that_is_not_thorough_keeps_to_the_worlds_it_knows(lab, maps, monkeypatch):
+    made = lab(3, 1, seed=94)
+    _, problem = known_and_problem(made)
+    seen = []
+    fit_alternatives = belief_map.fit_alternatives
+    monkeypatch.setattr(belief_map, "fit_alternatives", lambda *a: seen.append(a[-1]) or fit_alternatives(*a))
+    first = maps.locate(problem.sniffs, made.known)
+    maps.locate(problem.sniffs, made.known, first, False)
+    assert seen == [None, {fit.world for fit in first}]
+    assert maps.as_calibrated.locate(problem.sniffs, made.known)[0].world == CALIBRATED and len(seen) == 2
