@@ -110,6 +110,9 @@ def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
             name, missed, number(o["sd_m"]), number(o["nose_error_m"]), number(o["nees_source"], 1.0), inside,
             number(o["nis_mean"], 1.0, 2), str(o["moves"]), number(o["time_s"], 1.0), "yes" if o["found"] else "no",
         )  # fmt: skip
+        if key == "calibrated" and not bearing and o.get("filtered_error_m") is not None:
+            alone = number(o["filtered_error_m"]), "", "", number(o["filtered_nees"], 1.0)
+            table.add_row("  the filter alone", *alone, *[""] * 5)  # just before the last map, which is the answer of the row above
     table.add_row("dead reckoning", "", "", number(document["dead_reckoning"]["nose_error_m"]), *[""] * 6)
     return table
 

@@ -58,6 +58,13 @@ def test_the_score_stands_apart_from_the_verdict(capsys):
     assert "scored" not in capsys.readouterr().out
 
 
+def test_the_filter_alone_has_a_row_of_its_own(capsys):
+    """A map precedes every end, so the answer is the map's; what the filter made of the readings since the one before stands below it."""
+    show_summary(document({**OUTCOME, "filtered_error_m": 0.0471, "filtered_nees": 5.4}), "runs/1")
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "the filter alone" in line]
+    assert "47.1" in line and "5.4" in line
+
+
 def test_a_summary_of_schema_1_can_be_shown(capsys):
     old = {key: value for key, value in document(OUTCOME).items() if key not in ("scored", "cold_open")}
     show_summary(old, "runs/1")
