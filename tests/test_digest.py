@@ -42,6 +42,7 @@ WHOLE = {
     for dof in (3, 5)
     for air in ("still", "draft")
 }
+CHANGED = ("wind_turns", "second_source", "fading", "wall")
 WAYS_IN = {
     "replay": ("backend=replay", "backend.log={ndir dof=3 draft}", "ekf=iterated"),
     "recording": (
@@ -58,6 +59,7 @@ VARIANTS = {
     "evidence": ("sensor=mox_mq", "air=ventilated", *SHORT, "range_law.form=evidence"),
     "two joints": ("sensor=ec", *SHORT, "dof=2", "assembly=paper"),
     "the parts' own timing": ("sensor=ndir", *SHORT, "profile=datasheet"),
+    **{f"world={name}": ("sensor=ndir", "dof=5", "seed=103", "stage.navigate.max_moves=30", f"world={name}") for name in CHANGED},
 }
 CASES = {**WHOLE, **WAYS_IN, **VARIANTS}
 QUICK = {"ndir dof=3 draft", "two joints", "ec dof=5 still", "replay", "recording", "emulated bench"}
@@ -96,7 +98,7 @@ def digest(out):
         _add(sha, *_numbers(nose))
     for innovation in read_innovations(log):
         _add(sha, innovation.t_ns, innovation.residual, innovation.cov, innovation.gated)
-    scored = {key: value for key, value in summary.items() if key in ("cold", "calibrated", "calibrated_paper_assembly")}
+    scored = {key: value for key, value in summary.items() if key in ("cold", "cold_open", "calibrated", "calibrated_paper_assembly")}
     scored |= {key: value for key, value in summary.items() if "bound" in key or key in ("calibration", "dead_reckoning", "simulated_s")}
     _add(sha, *_numbers(scored))
     calibrated = summary["calibrated"]
@@ -109,7 +111,9 @@ def _add(sha, *values):
 
 
 def _numbers(value):
-    """All numbers of nested records, dicts and lists, in order of keys; None counts as NaN."""
+    """All numbers of nested records, dicts and lists, in order of keys; None counts as NaN, words as nothing."""
+    if isinstance(value, str):
+        return []
     if isinstance(value, dict):
         return [number for key in sorted(value) for number in _numbers(value[key])]
     if isinstance(value, list | tuple):
