@@ -37,9 +37,10 @@ class Row:
     false: float  # false declarations: share of the declared ones that lie far from the source
     false_low: float
     false_high: float
-    cold_mm: float
-    gain: float  # cold median / calibrated median
-    wins: int  # trials in which calibrated beats cold
+    cold_mm: float  # nominal values taken as known
+    cold_open_mm: float  # as open as where the fit on the beacon begins
+    gain: float  # median of the better of the two / calibrated median
+    wins: int  # trials in which calibrated beats both
     nose_mm: float
     dead_reckoning_mm: float
     calibration_s: float
@@ -56,7 +57,8 @@ def rows(trials: Sequence[Trial], published: dict[str, Published]) -> dict[Case,
 
 def _row(trials: list[Trial], paper: Published) -> Row:
     scores = [trial.score for trial in trials if trial.score is not None]
-    n, median, cold = len(scores), _quantile(scores, "error_mm", 0.5), _quantile(scores, "cold_error_mm", 0.5)
+    n, median = len(scores), _quantile(scores, "error_mm", 0.5)
+    cold, cold_open = _quantile(scores, "cold_error_mm", 0.5), _quantile(scores, "cold_open_error_mm", 0.5)
     covered, declared = sum(s.inside_95 for s in scores), [s for s in scores if s.declared]
     false = sum(s.false for s in declared)
     covered_low, covered_high = wilson(covered, n) if n else (NAN, NAN)
@@ -71,7 +73,8 @@ def _row(trials: list[Trial], paper: Published) -> Row:
         moves=_quantile(scores, "moves", 0.5), declared=_share(len(declared), n),
         declare_s=_until_declared(scores, "time_s"), declare_moves=_until_declared(scores, "moves"),
         false=_share(false, len(declared)), false_low=false_low, false_high=false_high,
-        cold_mm=cold, gain=cold / median, wins=sum(s.error_mm < s.cold_error_mm for s in scores),
+        cold_mm=cold, cold_open_mm=cold_open, gain=min(cold, cold_open) / median,
+        wins=sum(s.error_mm < min(s.cold_error_mm, s.cold_open_error_mm) for s in scores),
         nose_mm=_quantile(scores, "nose_mm", 0.5), dead_reckoning_mm=_quantile(scores, "dead_reckoning_mm", 0.5),
         calibration_s=_quantile(scores, "calibration_s", 0.5), paper_calibration_s=paper.time_s,
         error_ppm=_quantile(scores, "error_ppm", 0.5), paper_error_ppm=paper.error_ppm,

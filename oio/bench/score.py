@@ -41,7 +41,8 @@ class Score:
     nis: float
     nose_mm: float  # RMS
     dead_reckoning_mm: float
-    cold_error_mm: float
+    cold_error_mm: float  # nominal values taken as known
+    cold_open_error_mm: float  # as open as where the fit on the beacon begins
     calibration_s: float
     error_ppm: float
     u_a_ppm: float
@@ -80,6 +81,7 @@ def _score(document: Mapping[str, Any], false_mm: float) -> Score:
         declared=o["found"], false=o["found"] and error_mm > false_mm, moves=o["moves"], time_s=o["time_s"],
         nis=math.nan if o["nis_mean"] is None else o["nis_mean"], nose_mm=_mm(o["nose_error_m"]),
         dead_reckoning_mm=_mm(document["dead_reckoning"]["nose_error_m"]), cold_error_mm=1e3 * document["cold"]["source_error_m"],
+        cold_open_error_mm=_mm(document["cold_open"]["source_error_m"]),
         calibration_s=calibration["time_s"], error_ppm=calibration["error_ppm"], u_a_ppm=calibration["u_a_ppm"],
         u_b_mm=_mm(calibration["u_b_m"]), filter_mm=_mm(o["filtered_error_m"]),
         filter_nees=math.nan if o["filtered_nees"] is None else o["filtered_nees"],

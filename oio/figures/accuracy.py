@@ -50,7 +50,10 @@ def _errors(axes: "Axes", cases: Mapping[CaseLabel, Any], trials: Sequence[Any])
         side = np.linspace(-0.28, 0.28, len(errors))  # in the order of the seeds: no random jitter
         first: Any = {"label": None} if x else {}
         axes.plot(x + side, errors, "o", color=CALIBRATED, mew=0, ms=5, alpha=0.5, **{"label": "one trial, calibrated", **first})
-        for value, color, label in ((row.median_mm, CALIBRATED, "median, calibrated"), (row.cold_mm, DEAD, "median, cold start")):
+        for value, color, label in (
+            (row.median_mm, CALIBRATED, "median, calibrated"),
+            (min(row.cold_mm, row.cold_open_mm), DEAD, "median, better cold start"),
+        ):
             axes.plot([x - 0.36, x + 0.36], [value] * 2, color=color, lw=2.4, **{"label": label, **first})
         bounds = [t.score.bound_mm for t in trials if t.case == case and t.score is not None and np.isfinite(t.score.bound_mm)]
         bound = float(np.median(bounds)) if bounds else np.nan
