@@ -46,7 +46,8 @@ def _cells(r: Row) -> tuple[str, ...]:
         f"{_f(r.filter_mm)}, {_f(r.filter_anees, 1)}", _f(r.moves, 0),
         f"{_percent(r.declared)}, {_f(r.declare_s, 0)} s / {_f(r.declare_moves, 0)}",
         f"{_percent(r.false)} {_between(r.false_low, r.false_high)}",
-        f"{_f(r.cold_mm)} / {_f(r.cold_open_mm)} ({_f(r.gain)})", f"{r.wins} of {r.trials - r.failed}", f"{_f(r.nose_mm)} / {_f(r.dead_reckoning_mm)}",
+        f"{_f(r.cold_mm)} / {_f(r.cold_open_mm)} ({_f(r.gain)})", f"{r.wins} of {r.trials - r.failed}",
+        f"{_f(r.nose_mm)} / {_f(r.dead_reckoning_mm)}",
         f"{_f(r.calibration_s, 0)} ({_f(r.paper_calibration_s, 0)})", f"{_f(r.error_ppm)} ({_f(r.paper_error_ppm, 0)})",
     )  # fmt: skip
 

@@ -12,7 +12,8 @@ from oio.bench.worlds import ALL, rows
 
 GOOD = Score(
     error_mm=8.0, nees=3.0, inside_95=True, bound_mm=8.0, declared=True, false=False, moves=50, time_s=40.0, nis=1.0, nose_mm=4.0,
-    dead_reckoning_mm=8.0, cold_error_mm=20.0, cold_open_error_mm=15.0, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0, filter_mm=9.0, filter_nees=4.0,
+    dead_reckoning_mm=8.0, cold_error_mm=20.0,
+    cold_open_error_mm=15.0, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0, filter_mm=9.0, filter_nees=4.0,
     assumed_world="as calibrated", wrong=False, passed=True,
 )  # fmt: skip
 WRONG = replace(GOOD, error_mm=90.0, nees=100.0, inside_95=False, wrong=True)
@@ -56,7 +57,8 @@ def test_wrong_is_far_off_or_outside_the_region(error_m, nees, wrong):
         "nose_error_m": None, "filtered_error_m": None, "filtered_nees": None, "world": "another wind",
     }  # fmt: skip
     document = {
-        "calibrated": outcome, "cold": outcome, "cold_open": outcome, "bound_m": None, "dead_reckoning": {"nose_error_m": None}, "verdict": "WARN",
+        "calibrated": outcome, "cold": outcome,
+        "cold_open": outcome, "bound_m": None, "dead_reckoning": {"nose_error_m": None}, "verdict": "WARN",
         "calibration": {"time_s": 1.0, "error_ppm": 1.0, "u_a_ppm": 1.0, "u_b_m": 0.01},
     }  # fmt: skip
     score = scored(WALL, 1, document, "", 30.0).score
