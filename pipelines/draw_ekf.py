@@ -31,7 +31,8 @@ class DrawEkf:
         """Both filters make their maps when the search made them."""
         known, search = context.need(Calibration), context.need(Navigation)
         starts = {"cold": known.cold, "calibrated": known.chosen}
-        variants = {name: Variant(Odometry(self.ekf, at, self.belief_map), at is known.chosen) for name, at in starts.items()}
+        plain = self.belief_map.as_calibrated  # the search's own maps are on record
+        variants = {name: Variant(Odometry(self.ekf, at, plain), at is known.chosen) for name, at in starts.items()}
         rerun = Rescoring(variants, self.sensor, search, self.stop)
         found = tracks(rerun, self.arm, context.log.samples(search.began_ns, search.ended_ns))
         draw(found, context.out / "figure_ekf.png")
