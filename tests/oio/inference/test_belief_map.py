@@ -59,7 +59,7 @@ MISSED = [(3, 3), (3, 24), (5, 4), (5, 44)]  # dof and seeds whose minimum coars
 def test_shells_find_what_coarse_places_miss(lab, built, monkeypatch, dof, seed):
     monkeypatch.setattr(belief_map_module, "linear_source", nowhere)
     made, sniffs, best = narrow(lab, dof, seed)
-    belief_map = built("belief_map")
+    belief_map = built("belief_map").as_calibrated
     assert not finds(replace(belief_map, points_per_shell=0), made, sniffs, best) and finds(belief_map, made, sniffs, best)
 
 
@@ -79,7 +79,7 @@ def test_the_mirror_point_is_tried(lab, built, monkeypatch):
     """Coarse places alone leave the wrong side of the plane only, at a chi-square 22 worse."""
     monkeypatch.setattr(belief_map_module, "linear_source", nowhere)
     made, sniffs, best = narrow(lab, 5, 96)
-    grid_points = replace(built("belief_map"), points_per_shell=0)
+    grid_points = replace(built("belief_map").as_calibrated, points_per_shell=0)
     assert finds(grid_points, made, sniffs, best)
     monkeypatch.setattr(belief_map_module, "mirror_start", as_it_is)
     (wrong,) = grid_points.locate(sniffs, made.known)

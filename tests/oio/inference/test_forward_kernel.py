@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from oio.gas.range_law import LAW, concentration
 from oio.inference.belief_map import search_problem
 from oio.inference.forward_kernel import Lag, LawScale, SensedPath, lag_step, predict_readings
+from oio.inference.law_extension import UNEXTENDED
 from oio.kinematics.adjoint import BLOCK, ROWS, adjoint_chain, forward_positions, gradient_by_joints
 from oio.kinematics.forward import HINGE, SLIDE, SerialChain, nose_and_jacobian
 
@@ -140,7 +141,7 @@ def test_readings_off_the_path_are_refused(lab):
     sn, law = made.problem(made.theta(), poses=3).sniffs, made.law
     path, scale = SensedPath(sn.t_s, sn.q, sn.at + len(sn.t_s), sn.element), LawScale(law.r_ref_m, law.radius_m)
     with pytest.raises(ValueError, match="on the path"):
-        predict_readings(made.mean, path, 0.0, made.arm.adjoint, scale, Lag(0.4, 0.6), False)
+        predict_readings(made.mean, path, 0.0, made.arm.adjoint, scale, Lag(0.4, 0.6), UNEXTENDED.knots, False)
 
 
 kinds = st.lists(st.sampled_from([SLIDE, HINGE]), min_size=1, max_size=6)
