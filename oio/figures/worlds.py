@@ -35,6 +35,7 @@ def draw(rows: Sequence[Any], out: Path) -> None:
             for r in rows:
                 values[worlds.index(r.world), cases.index((r.sensor, r.air))] = _value(r, name)
             axes.imshow(values, cmap=colours, vmin=low, vmax=high, aspect="auto")
+            axes.grid(False)
             for (i, j), value in np.ndenumerate(values):
                 if np.isfinite(value):
                     axes.text(j, i, f"{value:.0f}", ha="center", va="center", fontsize=8, color="white", bbox=_BEHIND)
