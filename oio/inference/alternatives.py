@@ -20,7 +20,7 @@ from oio.inference.forward_model import Problem
 from oio.inference.law_extension import Densities, LawExtension, random_walk_cov
 from oio.inference.map_fit import Fit
 from oio.inference.sampling import halton
-from oio.inference.source_strength import readings_without_source
+from oio.inference.source_strength import readings_without_source, weighted_signal
 
 WORLDS = {  # keys of the configuration, and what verdicts say
     "wind": "another wind",
@@ -33,9 +33,9 @@ WORLDS = {  # keys of the configuration, and what verdicts say
 WIND_STARTS = 4  # directions of a new wind that are tried besides that of the best fit
 GRID_POINTS = 64  # places of a second source that are tried
 SECOND_STARTS = 2  # of which so many are fitted,
-WALL_STRENGTH_U = 0.05  # standard deviation of ln(strength of a mirror image over that of the source)
-WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2
 SEPARATION_M = 0.06  # and they are this far from each other
+WALL_STRENGTH_U = 0.05  # standard deviation of ln(strength of a mirror image over that of the source)
+WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2  # distances of a wall from the source that are tried, and how many are fitted
 
 
 @settings
@@ -155,8 +155,7 @@ def second_source_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
     """Start values with a second source: the first as fitted, the second at the best separated places of a grid by least squares."""
     low, high = np.array(problem.arm.box_low_m), np.array(problem.arm.box_high_m)
     places, decay = low + halton(GRID_POINTS) * (high - low), readings_without_source(problem, best.mean)
-    first, z = problem.expect(best.mean) - decay, problem.residual(best.mean, decay)
-    weight = 1.0 / (problem.sniffs.sigma_ppm**2 + (best.fluctuation.gamma * z) ** 2)
+    first, (z, weight) = problem.expect(best.mean) - decay, weighted_signal(problem, best.mean, best.fluctuation.gamma, decay)
     candidates = []
     for place in places:
         theta = np.array(best.mean)
@@ -177,8 +176,7 @@ def wall_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
     n = best.layout.base
     base = np.concatenate([best.mean[:n], best.source, [0.0]])
     decay = readings_without_source(problem, base)
-    z = problem.residual(base, decay)
-    weight = 1.0 / (problem.sniffs.sigma_ppm**2 + (best.fluctuation.gamma * z) ** 2)
+    z, weight = weighted_signal(problem, base, best.fluctuation.gamma, decay)
     corners = np.concatenate([np.eye(3), -np.eye(3), [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
     candidates = []
     for direction in corners / np.linalg.norm(corners, axis=1, keepdims=True):

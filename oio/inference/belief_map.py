@@ -42,6 +42,7 @@ class BeliefMap:
         """Raise BadInput for a value out of range."""
         in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), grid_points=(4, 10**5), points_per_shell=(0, 10**5))
         in_range(self, starts=(1, 100), restarts=(0, 100), min_separation_m=(1e-4, 100), keep_chi2=(0, 1e6))
+        in_range(self, raise_min_evidence=(0, 1e6), suspect_overdispersion=(1, 1e6))
 
     def trace(self) -> Trace:
         """Return an empty trace."""

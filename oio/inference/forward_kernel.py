@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.range_law import KX, LAW, LN_STRENGTH, SX, SY, SZ, concentration_at
-from oio.gas.second_source import add_second_source
+from oio.gas.range_law import LAW, SX, SY, SZ, concentration_at
+from oio.inference.extension_kernel import Knots, LawScale, extended_field, knot_weights, law_at, parameters_of_field
 from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
 
 
@@ -25,31 +25,11 @@ class SensedPath(NamedTuple):
     element: NDArray[np.int64]  # (m,), element of each reading
 
 
-class LawScale(NamedTuple):
-    """Reference distance and source radius of a range law."""
-
-    r_ref_m: float
-    radius_m: float
-
-
 class Lag(NamedTuple):
     """Time constants of the sensor's first-order lag."""
 
     rise_s: float
     fall_s: float
-
-
-class Knots(NamedTuple):
-    """Extension of the law: a second source or none, and the knots [s] of what changes with time, piecewise linear between them.
-
-    Parameters are the second source (3) m and its ln strength over the first's; then the changes at all knots but the first, of ln
-    strength, wind (3 each) and background.
-    """
-
-    second_source: int  # see `oio.gas.second_source`
-    strength_s: Array
-    wind_s: Array
-    background_s: Array
 
 
 class ExpectedPath(NamedTuple):
@@ -69,8 +49,7 @@ def predict_readings(
     """Predict the readings at theta (P,), with Jacobian and field along the path. The first reading `first_ppm` initialises the lag."""
     t, q, at, element = path
     k, n, m, width = len(t), q.shape[1], len(at), LAW + 2 * q.shape[1]
-    of_field, of_background = (4 if knots.second_source else 0), max(len(knots.background_s) - 1, 0)
-    of_field += max(len(knots.strength_s) - 1, 0) + 3 * max(len(knots.wind_s) - 1, 0)
+    of_field, of_background = parameters_of_field(knots), max(len(knots.background_s) - 1, 0)
     size = len(theta) - of_field - of_background  # without the extension
     elements = (size - width - 1) // 2
     gains, offsets, factor = np.exp(theta[width : width + elements]), theta[width + elements + 1 : size], np.exp(theta[width + elements])
@@ -102,12 +81,10 @@ def predict_readings(
                     rows[reading, width + elements + 1 + e] -= g * remaining / gains[e]
                     rows[reading, width + e] -= g * remaining * initial
             if of_background:
-                first, left, right = _between_knots(knots.background_s, t[i])
-                for j, share in ((first - 1, left), (first, right)):
-                    if 0 <= j < of_background:
-                        h[reading] += g * share * theta[size + of_field + j]
-                        if want_rows:
-                            rows[reading, size + of_field + j] = g * share
+                for j, weight in knot_weights(knots.background_s, t[i]):
+                    h[reading] += g * weight * theta[size + of_field + j]
+                    if want_rows:
+                        rows[reading, size + of_field + j] += g * weight
             reading += 1
     if reading < m:
         raise ValueError("readings must lie on the path, in the order of time")
@@ -125,78 +102,6 @@ def _store_derivatives(row: Array, df: Array, gain: float, h: float, by_tau: flo
     row[width + elements] = by_tau
     row[width + element] += h
     row[width + elements + 1 + element] += 1.0
-
-
-@compiled
-def _between_knots(knots_s: Array, t: float) -> tuple[int, float, float]:
-    """The knot before t, and the weights of it and of the next; constant beyond the ends."""
-    last = len(knots_s) - 1
-    if t <= knots_s[0]:
-        return 0, 1.0, 0.0
-    if t >= knots_s[last]:
-        return last, 1.0, 0.0
-    j = 0
-    while knots_s[j + 1] < t:
-        j += 1
-    right = (t - knots_s[j]) / (knots_s[j + 1] - knots_s[j])
-    return j, 1.0 - right, right
-
-
-@compiled
-def _law_at(theta: Array, knots: Knots, size: int, t: float, law: Array) -> None:
-    """Fill law (LAW,) with the parameters of the range law at time t."""
-    for j in range(LAW):
-        law[j] = theta[j]
-    at = size + (4 if knots.second_source else 0)
-    if len(knots.strength_s) > 1:
-        first, left, right = _between_knots(knots.strength_s, t)
-        for j, share in ((first - 1, left), (first, right)):
-            if 0 <= j < len(knots.strength_s) - 1:
-                law[LN_STRENGTH] += share * theta[at + j]
-        at += len(knots.strength_s) - 1
-    if len(knots.wind_s) > 1:
-        first, left, right = _between_knots(knots.wind_s, t)
-        for j, share in ((first - 1, left), (first, right)):
-            if 0 <= j < len(knots.wind_s) - 1:
-                for a in range(3):
-                    law[KX + a] += share * theta[at + 3 * j + a]
-
-
-@compiled
-def _extend(
-    theta: Array, knots: Knots, size: int, t: float, place: tuple[float, float, float], law: Array, scale: LawScale,
-    field: tuple[float, float, float], grad: Array, row: Array, more: Array,
-) -> tuple[float, float, float]:  # fmt: skip
-    """c, r and rarity with the second source; adds the derivatives of ln c by the extension to its row.
-
-    `field`, `grad` (LAW,): those of the first source alone. The derivative by the nose position is left in grad[SX:SZ+1], negative.
-    """
-    c, r, rarity = field
-    at = 0
-    if knots.second_source:
-        second = (theta[size], theta[size + 1], theta[size + 2], theta[size + 3], knots.second_source)
-        c, r, rarity, share = add_second_source(place, law, second, (scale.r_ref_m, scale.radius_m), field, grad, more)
-        for a in range(3):
-            row[a] = (1.0 - share) * more[a]
-        row[3] = 1.0 - share
-        at = 4
-    if len(knots.strength_s) > 1:
-        count = len(knots.strength_s) - 1
-        row[at : at + count] = 0.0
-        first, left, right = _between_knots(knots.strength_s, t)
-        for j, weight in ((first - 1, left), (first, right)):
-            if 0 <= j < count:
-                row[at + j] = weight
-        at += count
-    if len(knots.wind_s) > 1:
-        count = len(knots.wind_s) - 1
-        row[at : at + 3 * count] = 0.0
-        first, left, right = _between_knots(knots.wind_s, t)
-        for j, weight in ((first - 1, left), (first, right)):
-            if 0 <= j < count:
-                for a in range(3):
-                    row[at + 3 * j + a] = weight * grad[KX + a]
-    return c, r, rarity
 
 
 @compiled
@@ -230,9 +135,9 @@ def _field_along_path(
                 )
                 gradient[0, b], gradient[1, b], gradient[2, b] = row[SX], row[SY], row[SZ]
             else:
-                _law_at(theta, knots, base, t[i], at_t)
+                law_at(theta, knots, base, t[i], at_t)
                 field = concentration_at(x - at_t[SX], y - at_t[SY], z - at_t[SZ], at_t, law.r_ref_m, law.radius_m, row)
-                along[0, i], along[2, i], along[1, i] = _extend(
+                along[0, i], along[2, i], along[1, i] = extended_field(
                     theta, knots, base, t[i], (x, y, z), at_t, law, field, row, row[LAW + n :], more
                 )
                 for a in range(3):  # of both sources: the nose moves against either

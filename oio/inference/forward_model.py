@@ -16,7 +16,8 @@ from oio.gas import censored
 from oio.gas.fluctuation import PathField
 from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, THINNING, WIND, RangeLaw
 from oio.gas.trace import Sniffs
-from oio.inference.forward_kernel import ExpectedPath, Lag, LawScale, SensedPath, predict_readings
+from oio.inference.extension_kernel import LawScale
+from oio.inference.forward_kernel import ExpectedPath, Lag, SensedPath, predict_readings
 from oio.inference.grid_search import grid_costs
 from oio.inference.law_extension import UNEXTENDED, LawExtension
 from oio.kinematics.arm import Arm

@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.range_law import MAX_LN_C, SX, SY, SZ, log_concentration
-from oio.inference.forward_kernel import Lag, LawScale, lag_step
+from oio.inference.extension_kernel import LawScale
+from oio.inference.forward_kernel import Lag, lag_step
 
 
 @compiled

@@ -1,7 +1,7 @@
 """Extension of the range law to worlds that calibration did not see: a second source, and strength, wind or background that change.
 
 What changes is piecewise linear between knots, with the prior of a random walk (Wiener process) from the first knot on, whose density is
-in units of the parameter per square root of a second. `oio.inference.forward_kernel.Knots` has the order of the parameters.
+in units of the parameter per square root of a second. `oio.inference.extension_kernel.Knots` has the order of the parameters.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas.second_source import ALONE
-from oio.inference.forward_kernel import Knots
+from oio.inference.extension_kernel import Knots
 
 
 @dataclass(frozen=True, slots=True)

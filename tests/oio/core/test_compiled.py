@@ -14,7 +14,8 @@ from oio.core.folders import ROOT
 # The readings that a grid search expects: compiled in one file, from the law of another.
 PROGRAM = """
 import numpy as np
-from oio.inference.forward_kernel import Lag, LawScale
+from oio.inference.extension_kernel import LawScale
+from oio.inference.forward_kernel import Lag
 from oio.inference.grid_search import grid_costs
 nose, at = np.linspace(0.0, 0.3, 12).reshape(4, 3), np.arange(4)
 thetas = np.array([[0.4, 0.1, 0.2, 1.0, 1.2, 3.0, -1.0, 0.5, 0.3]])

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from oio.gas.range_law import LAW, concentration
 from oio.inference.belief_map import search_problem
-from oio.inference.forward_kernel import Lag, LawScale, SensedPath, lag_step, predict_readings
+from oio.inference.extension_kernel import LawScale
+from oio.inference.forward_kernel import Lag, SensedPath, lag_step, predict_readings
 from oio.inference.law_extension import UNEXTENDED
 from oio.kinematics.adjoint import BLOCK, ROWS, adjoint_chain, forward_positions, gradient_by_joints
 from oio.kinematics.forward import HINGE, SLIDE, SerialChain, nose_and_jacobian

@@ -1,0 +1,96 @@
+"""Compiled extension of the range law (see `oio.inference.law_extension`): the law at a time, and its field with a second source."""
+
+from typing import NamedTuple
+
+from oio.core.compiled import compiled
+from oio.core.records import Array
+from oio.gas.range_law import KX, LAW, LN_STRENGTH
+from oio.gas.second_source import add_second_source
+
+
+class LawScale(NamedTuple):
+    """Reference distance and source radius of a range law."""
+
+    r_ref_m: float
+    radius_m: float
+
+
+class Knots(NamedTuple):
+    """Extension of the law: a second source or none, and the knots [s] of what changes with time, piecewise linear between them.
+
+    Parameters are the second source (3) m and its ln strength over the first's; then the changes at all knots but the first, of ln
+    strength, wind (3 each) and background.
+    """
+
+    second_source: int  # see `oio.gas.second_source`
+    strength_s: Array
+    wind_s: Array
+    background_s: Array
+
+
+@compiled
+def parameters_of_field(knots: Knots) -> int:
+    """Number of parameters that change the field; those of the background follow them."""
+    walks = max(len(knots.strength_s) - 1, 0) + 3 * max(len(knots.wind_s) - 1, 0)
+    return (4 if knots.second_source else 0) + walks
+
+
+@compiled
+def knot_weights(knots_s: Array, t: float) -> tuple[tuple[int, float], tuple[int, float]]:
+    """The two parameters of a random walk that matter at t, and their weights; the first knot has none, and the ends extend."""
+    last = len(knots_s) - 1
+    if t <= knots_s[0]:
+        return (0, 0.0), (0, 0.0)
+    if t >= knots_s[last]:
+        return (last - 1, 1.0), (last - 1, 0.0)
+    j = 0
+    while knots_s[j + 1] < t:
+        j += 1
+    right = (t - knots_s[j]) / (knots_s[j + 1] - knots_s[j])
+    return (max(j - 1, 0), 1.0 - right if j > 0 else 0.0), (j, right)
+
+
+@compiled
+def law_at(theta: Array, knots: Knots, size: int, t: float, law: Array) -> None:
+    """Fill law (LAW,) with the parameters of the range law at time t; the extension's begin at `size` in theta (P,)."""
+    for j in range(LAW):
+        law[j] = theta[j]
+    at = size + (4 if knots.second_source else 0)
+    if len(knots.strength_s) > 1:
+        for j, weight in knot_weights(knots.strength_s, t):
+            law[LN_STRENGTH] += weight * theta[at + j]
+        at += len(knots.strength_s) - 1
+    if len(knots.wind_s) > 1:
+        for j, weight in knot_weights(knots.wind_s, t):
+            for a in range(3):
+                law[KX + a] += weight * theta[at + 3 * j + a]
+
+
+@compiled
+def extended_field(
+    theta: Array, knots: Knots, size: int, t: float, place: tuple[float, float, float], law: Array, scale: LawScale,
+    field: tuple[float, float, float], grad: Array, row: Array, more: Array,
+) -> tuple[float, float, float]:  # fmt: skip
+    """c, r and rarity with the second source; fills the row with the derivatives of ln c by the extension.
+
+    `field`, `grad` (LAW,): c, r, rarity and derivative of the first source alone; `grad` becomes that of both.
+    """
+    c, r, rarity = field
+    row[:] = 0.0
+    at = 0
+    if knots.second_source:
+        second = (theta[size], theta[size + 1], theta[size + 2], theta[size + 3], knots.second_source)
+        c, r, rarity, share = add_second_source(place, law, second, (scale.r_ref_m, scale.radius_m), field, grad, more)
+        for a in range(3):
+            row[a] = (1.0 - share) * more[a]
+        row[3] = 1.0 - share
+        at = 4
+    if len(knots.strength_s) > 1:
+        for j, weight in knot_weights(knots.strength_s, t):
+            row[at + j] += weight
+        at += len(knots.strength_s) - 1
+    if len(knots.wind_s) > 1:
+        for j, weight in knot_weights(knots.wind_s, t):
+            for a in range(3):
+                row[at + 3 * j + a] += weight * grad[KX + a]
+    return c, r, rarity
