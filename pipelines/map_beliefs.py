@@ -24,6 +24,7 @@ from oio.inference.process_noise import ProcessNoise
 from oio.inference.range_spheres import range_spheres
 from oio.inference.trilateration import vertex
 from oio.inference.uncertainty import Noise, type_b_of_repeats
+from oio.inference.world_posterior import widened
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration, MapCalibration, Repeat
 from oio.runtime.context import Context, sniff
@@ -62,38 +63,41 @@ class MapBeliefs:
 
     def run(self, context: Context) -> MapCalibration:
         """The fit on all data, the repeats, u_b."""
-        trace, spans, moves = context.need(BoutCalibration).trace, list[tuple[float, float]](), 0
-        while len(spans) < self.repeats or self._fits(context, spans):
-            began_s = seconds(context.world.t_ns)
-            made = self._measure(context, trace, len(spans))
-            moves += made
+        trace, ends = context.need(BoutCalibration).trace, [seconds(context.world.t_ns)]
+        while len(ends) <= self.repeats * len(self.distances_m) or self._fits(context, ends):
+            made = self._measure(context, trace, ends)
             if made < len(self.distances_m):
                 break  # no repeat, but what was sensed helps the fit
-            spans.append((began_s, seconds(context.world.t_ns)))
         delay = self._delay(context, trace.as_arrays())
         sniffs = shift_path(trace.as_arrays(), delay.s)
         fit = self._fit(context, sniffs)
-        repeats = tuple(self._repeat(context, sniffs, span, fit) for span in spans)
+        begins = range(0, len(ends) - len(self.distances_m), len(self.distances_m))
+        repeats = tuple(self._repeat(context, sniffs, ends[begin:], fit) for begin in begins)
         self._draw(context, repeats[-1])
-        type_b = type_b_of_repeats(np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats]), len(self.distances_m) - 1)
-        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), moves, delay)
+        misses, nees = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
+        type_b = type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats))
+        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), len(ends) - 1, delay)
 
-    def _measure(self, context: Context, trace: Trace, repeats: int) -> int:
-        """Measurements of one more repeat that were made: all, or those that end within the budget if there are repeats enough."""
-        dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
+    def _measure(self, context: Context, trace: Trace, ends_s: list[float]) -> int:
+        """Measurements of one more repeat that were made: all, or those that end within the budget if there are repeats enough.
+
+        Their ends are appended to `ends_s`, which begins with the time before the first.
+        """
+        dwell_s, repeats = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s, len(ends_s) // len(self.distances_m)
         for i, distance in enumerate(self.distances_m):
             pose = self._pose(context, distance)
             if repeats >= self.repeats and self._spent_s(context) + context.world.move_s(pose) + dwell_s > self.budget_s:
                 return i
             for sensed in sniff(context, self.sensor, pose, dwell_s):
                 trace.add(sensed)
+            ends_s.append(seconds(context.world.t_ns))
             what = f"repeat {repeats + 1} of {self.repeats} or more, measurement {i + 1} of {len(self.distances_m)}"
             context.log.progress(context.world.t_ns, what, f"{len(trace)} readings")
         return len(self.distances_m)
 
-    def _fits(self, context: Context, spans: list[tuple[float, float]]) -> bool:
+    def _fits(self, context: Context, ends_s: list[float]) -> bool:
         """Whether a repeat as long as the longest so far would end within the budget."""
-        return self._spent_s(context) + max(end - begin for begin, end in spans) <= self.budget_s
+        return self._spent_s(context) + float(np.max(np.diff(ends_s[:: len(self.distances_m)]))) <= self.budget_s
 
     def _spent_s(self, context: Context) -> float:
         return seconds(context.world.t_ns - context.need(BaselineResult).began_ns)
@@ -123,22 +127,30 @@ class MapBeliefs:
         place = np.array(self.beacon.position), self.beacon_u_m
         return beacon_problem(sniffs, self.arm, self.range_law, self.nominal, offsets, place)
 
-    def _repeat(self, context: Context, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> Repeat:
-        """One trilateration with the law fitted without its own readings."""
-        law = self._fit(context, sniffs.without(*span), fit)
-        told_nothing = replace(law, law=law.law.with_unknown_strength())  # a strength that was told is another source's
-        known = calibrated_prior(told_nothing, self.arm, self.process_noise, self.nominal, Noise.nominal())
-        own = sniffs.between(*span)
-        place = np.array(self.beacon.position)
-        # five measurements may leave a mirror point: that a map names both is no error of its covariance
-        refined = min(self.belief_map.as_calibrated.locate(own, known), key=lambda fit: nees(fit.source - place, fit.source_cov))
-        centres, radii = range_spheres(own, law, self.arm, self.range_law, len(self.distances_m))
+    def _repeat(self, context: Context, sniffs: Sniffs, ends_s: list[float], fit: Fit) -> Repeat:
+        """One trilateration, which began at the first of `ends_s`: of as many measurements as a repeat has, and, while their map leaves
+        several places, of the next ones too, up to as many again. One joint or two always leave an inverse point."""
+        least = len(self.distances_m)
+        for made in range(least, min(2 * least, len(ends_s) - 1) + 1):
+            found, law = self._locate(context, sniffs, (ends_s[0], ends_s[made]), fit)
+            if len(found) == 1 or self.arm.dof < 3:
+                break
+        refined = widened(found[0], found[1:])
+        place, own = np.array(self.beacon.position), sniffs.between(ends_s[0], ends_s[made])
+        centres, radii = range_spheres(own, law, self.arm, self.range_law, made)
         try:
             point = vertex(centres, radii)
         except NotObservable:
             point = None
         miss, cov = refined.source - place, refined.source_cov
-        return Repeat(centres, radii, point, refined.source, cov, float(np.linalg.norm(miss)), nees(miss, cov))
+        return Repeat(centres, radii, point, refined.source, cov, float(np.linalg.norm(miss)), nees(miss, cov), made - 1)
+
+    def _locate(self, context: Context, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> tuple[tuple[Fit, ...], Fit]:
+        """Places of the source by the readings of a span, best first, and the law, which is fitted without them."""
+        law = self._fit(context, sniffs.without(*span), fit)
+        told_nothing = replace(law, law=law.law.with_unknown_strength())  # a strength that was told is another source's
+        known = calibrated_prior(told_nothing, self.arm, self.process_noise, self.nominal, Noise.nominal())
+        return self.belief_map.as_calibrated.locate(sniffs.between(*span), known), law
 
     def _draw(self, context: Context, repeat: Repeat) -> None:
         text = f"vertex {1e3 * repeat.miss_m:.0f} mm off"

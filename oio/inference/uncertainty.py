@@ -24,9 +24,9 @@ class TypeA:
 
 @dataclass(frozen=True, slots=True)
 class TypeB:
-    """Type B uncertainty from localising a known source: moves m per repeat, errors v, u_b of the paper (mean), RMS of v (GUM)."""
+    """Type B uncertainty from localising a known source: moves m and error v of each repeat, u_b of the paper (mean), RMS of v (GUM)."""
 
-    moves: int
+    moves: tuple[int, ...]
     misses_m: tuple[float, ...]
     u_b_m: float
     rms_m: float
@@ -44,9 +44,9 @@ def type_b(miss_m: float, moves: int) -> float:
     return 2.0 * miss_m / float(np.sqrt(moves))
 
 
-def type_b_of_repeats(misses_m: Array, nees: Array, moves: int) -> TypeB:
-    """Type B uncertainty from the position errors (n,) [m] of n repeats with `moves` moves each, and the NEES (n,) of their fits."""
-    paper = float(np.mean([type_b(v, moves) for v in misses_m]))
+def type_b_of_repeats(misses_m: Array, nees: Array, moves: tuple[int, ...]) -> TypeB:
+    """Type B uncertainty from the position errors (n,) [m] of n repeats, the NEES (n,) of their fits, and the moves that each took."""
+    paper = float(np.mean([type_b(v, m) for v, m in zip(misses_m, moves, strict=True)]))
     nu = 3 * len(misses_m)
     inflation = max(1.0, float(np.mean(nees)) / 3.0) * nu / (nu - 2)
     return TypeB(moves, tuple(float(v) for v in misses_m), paper, float(np.sqrt(np.mean(np.square(misses_m)))), inflation)
@@ -63,7 +63,7 @@ class Noise:
     source_q_m2: float  # added to the source's variance: per second (gum) or per step of the filter (paper)
     r_ppm2: float | None  # variance of a reading; None: that of a single reading at its concentration
     source_p0_m2: float  # added to the covariance of the source, each axis, for a map of `measurements`; less in proportion for more
-    measurements: int  # per repeat of the calibration
+    measurements: int  # per repeat of the calibration, on average
     inflation: float  # factor on the covariance of the beacon fit
 
     @staticmethod
@@ -86,6 +86,6 @@ def assemble_q_r(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
         source_q_m2=STATIC_SOURCE_Q_M2_S,
         r_ppm2=None,
         source_p0_m2=type_b.rms_m**2 / 3.0,
-        measurements=type_b.moves + 1,
+        measurements=round(float(np.mean(type_b.moves))) + 1,
         inflation=type_b.inflation,
     )

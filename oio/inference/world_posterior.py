@@ -1,6 +1,6 @@
 """Posterior over worlds: hypotheses of all fitted worlds compared by evidence, those of one place merged, those of others kept apart."""
 
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -149,6 +149,14 @@ def merged(group: list[Fit], temper: float) -> Fit:
     for fit in group[1:]:
         if all(fit.world != other.world for other in (first, *others)):  # the best of each world
             others.append(fit)
+    return widened(first, others, temper)
+
+
+def widened(first: Fit, others: Sequence[Fit], temper: float = 1.0) -> Fit:
+    """Return the first fit, the covariance of its source widened to the second moment about its mean of the mixture with the others.
+
+    Weights are posterior probabilities: evidence to the power of 1 / temper.
+    """
     excess = np.array([fit.minus_2_log_evidence - first.minus_2_log_evidence for fit in (first, *others)])
     weights = np.exp(-0.5 * excess / temper)
     weights /= np.sum(weights)

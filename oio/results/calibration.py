@@ -56,6 +56,7 @@ class Repeat:
     refined_cov_m2: Array  # (3, 3)
     miss_m: float
     nees: float
+    moves: int  # until one place was left, or as many as were made
 
 
 @dataclass(frozen=True)

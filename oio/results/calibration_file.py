@@ -97,7 +97,7 @@ def _type_b(found: MapCalibration) -> Entry:
         "rms": entry(b.rms_m, b.rms_m / np.sqrt(2 * repeats), "m", repeats, "A"),
         "inflation": b.inflation,
         "misses_m": list(b.misses_m),
-        "moves": b.moves,
+        "moves": list(b.moves),
         "u_b_paper": b.u_b_m,
     }
 

@@ -85,3 +85,26 @@ def test_what_was_told_of_the_source_is_nothing_to_the_beacon(tmp_path):
     assert told.type_b == untold.type_b and told.fit.chi2 == untold.fit.chi2
     assert told.fit.mean.tobytes() == untold.fit.mean.tobytes() and told.fit.cov.tobytes() == untold.fit.cov.tobytes()
     assert told.fit.law == replace(untold.fit.law, ln_strength=1.0, ln_strength_u=0.05)
+
+
+@pytest.mark.parametrize("resolved_by", [1, 3, None])
+def test_a_repeat_goes_on_until_one_place_is_left_and_is_never_judged_by_the_nearest(tmp_path, monkeypatch, resolved_by):
+    """Two places, the better one wrong and the other at the beacon itself: the better one is the answer, and its covariance names both."""
+    found, _ = calibrated(tmp_path, 0.0, 0)
+    beacon = np.array(experiment(WORDS, 0).stages["map_beliefs"].beacon.position)
+    wrong = replace(found.fit, mean=np.concatenate([beacon + np.array([0.1, 0.0, 0.0]), found.fit.mean[3:]]), minus_2_log_evidence=0.0)
+    right = replace(wrong, mean=np.concatenate([beacon, found.fit.mean[3:]]), minus_2_log_evidence=0.5)
+    calls = []
+
+    def locate(_, sniffs, known, *args):
+        calls.append(len(sniffs.ppm))
+        return (wrong,) if len(calls) == resolved_by else (wrong, right)
+
+    monkeypatch.setattr(type(experiment(WORDS, 0).stages["map_beliefs"].belief_map), "locate", locate)
+    first = calibrated(tmp_path, 0.0, 0)[0].repeats[0]
+    most = 2 * MEASUREMENTS - 1
+    assert first.moves == (most if resolved_by is None else MEASUREMENTS - 1 + resolved_by - 1)
+    assert first.miss_m == pytest.approx(0.1)
+    share = 0.0 if resolved_by else 1 / (1 + np.exp(0.25))
+    assert first.refined_cov_m2[0, 0] == pytest.approx(wrong.source_cov[0, 0] + share * 0.1**2, rel=1e-6)
+    assert calls[: first.moves - MEASUREMENTS + 2] == sorted(calls[: first.moves - MEASUREMENTS + 2])
