@@ -7,7 +7,7 @@ from oio.core.settings import settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.figures.ekf import draw
-from oio.inference.belief_map import BeliefMap
+from oio.inference.base import Localizer
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, Navigation
 from oio.results.rescoring import Rescoring, Variant
@@ -24,7 +24,7 @@ class DrawEkf:
     sensor: Sensor
     arm: Arm
     ekf: Estimator
-    belief_map: BeliefMap
+    belief_map: Localizer
     stop: StopRule  # as navigate's
 
     def run(self, context: Context) -> Tracks:

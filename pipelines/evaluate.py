@@ -10,7 +10,7 @@ from oio.core.records import seconds
 from oio.core.settings import in_range, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
-from oio.inference.belief_map import BeliefMap
+from oio.inference.base import Localizer
 from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
 from oio.inference.map_fit import CALIBRATED
 from oio.inference.observability import unobservable
@@ -34,7 +34,7 @@ class Evaluate:
     sensor: Sensor
     arm: Arm
     ekf: Estimator
-    belief_map: BeliefMap
+    belief_map: Localizer
     stop: StopRule  # as navigate's
     limits: Limits
     paper_assembly: bool  # a third of the stage's time

@@ -13,8 +13,8 @@ from oio.gas.range_law import RangeLaw
 from oio.gas.source import Source
 from oio.gas.timing import Delay, shift_path
 from oio.gas.trace import Sniffs, Trace
+from oio.inference.base import Localizer
 from oio.inference.beacon_fit import beacon_problem, fit_beacon
-from oio.inference.belief_map import BeliefMap
 from oio.inference.delay_fit import fit_delay
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit
@@ -40,7 +40,7 @@ class MapBeliefs:
     arm: Arm
     range_law: RangeLaw
     process_noise: ProcessNoise
-    belief_map: BeliefMap
+    belief_map: Localizer
     nominal: Nominal
     beacon: Source
     beacon_u_m: float  # how well the beacon's place is known, standard uncertainty per axis

@@ -13,12 +13,13 @@ from oio.estimators.odometry import Odometry
 from oio.gas.bouts import BoutDetector, BoutRule
 from oio.gas.detection import WhiffDetector
 from oio.gas.range_law import LAW
-from oio.inference.belief_map import BeliefMap
+from oio.inference.base import Localizer
 from oio.inference.map_fit import Fit
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, Navigation
 from oio.runtime.context import Context, sniff
 from oio.search.base import Strategy
+from oio.search.elsewhere import LookElsewhere
 from oio.search.mapping_policy import MappingPolicy
 from oio.search.move_recorder import MoveRecorder
 from oio.search.stop_rule import StopRule
@@ -34,7 +35,7 @@ class Navigate:
     sensor: Sensor
     arm: Arm
     ekf: Estimator
-    belief_map: BeliefMap
+    belief_map: Localizer
     search: Strategy
     bout: BoutRule
     mapping: MappingPolicy
@@ -46,6 +47,7 @@ class Navigate:
     standoff_m: float  # the nose keeps this far from where the source is believed
     stop: StopRule
     verification: Verification
+    elsewhere: LookElsewhere
 
     def check(self) -> None:
         """Refuse a search that cannot begin or end."""
@@ -66,7 +68,7 @@ class Navigate:
                 break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
-            narrow = self.stop.may_declare(odometry, tuple(moves))
+            narrow = self.stop.may_declare(odometry, tuple(moves)) and self._looked_elsewhere(context, odometry, tuple(moves))
             if self.mapping.due(moves, mapped, self._doubtful(odometry)) or narrow:
                 thorough = narrow or self.mapping.thorough(len(moves), thorough_at) or not odometry.consistent(self.stop.max_nis)
                 thorough_at = len(moves) if thorough else thorough_at
@@ -89,6 +91,9 @@ class Navigate:
         bouts = BoutDetector(self.bout, self.bout.window(self.arm.dof), baselines)
         return MoveRecorder(odometry, bouts, WhiffDetector(baselines, odometry.prior.model.fall_s), self.whiff_sigmas)
 
+    def _looked_elsewhere(self, context: Context, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
+        return self.elsewhere.propose(self._view(odometry, moves, 0.0), context.rng) is None
+
     def _doubtful(self, odometry: Odometry) -> bool:
         return len(odometry.hypotheses) > 1 or not odometry.consistent(self.stop.max_nis)
 
@@ -100,8 +105,9 @@ class Navigate:
     def _move(self, context: Context, odometry: Odometry, recorder: MoveRecorder, moves: tuple[Move, ...]) -> Move:
         dwell_s = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
         view = self._view(odometry, moves, dwell_s)
-        check = self.verification.propose(view, context.rng)
-        goal = self.search.propose(view, context.rng) if check is None else check
+        checks = (self.verification.propose(view, context.rng), self.elsewhere.propose(view, context.rng))
+        goal = next((check for check in checks if check is not None), None)
+        goal = self.search.propose(view, context.rng) if goal is None else goal
         recorder.begin()
         for sensed in sniff(context, self.sensor, goal, dwell_s):
             if isinstance(sensed, JointState):

@@ -9,7 +9,7 @@ from oio.core.interfaces import Sensor
 from oio.core.records import Array, JointState, seconds
 from oio.estimators.base import Estimator, Initializer
 from oio.estimators.odometry import Odometry, begin_from_best
-from oio.inference.belief_map import BeliefMap
+from oio.inference.base import Localizer
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, MapCalibration
 from oio.runtime.context import Context, sniff
@@ -32,7 +32,7 @@ class Hover:
     sensor: Sensor
     arm: Arm
     ekf: Estimator
-    belief_map: BeliefMap
+    belief_map: Localizer
     place: Array  # (3,) m, of the beacon
     approach_m: float
     distances_m: tuple[float, ...]

@@ -9,7 +9,7 @@ from dataclasses import replace
 from oio.core.records import SECOND_NS, Array, Belief, GasReading, Innovation, JointState
 from oio.estimators.base import Estimator, Initializer
 from oio.gas.timing import JointDelayLine
-from oio.inference.belief_map import BeliefMap
+from oio.inference.base import Localizer
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 from oio.inference.state_space import StateSpace
@@ -21,7 +21,7 @@ UNINFORMATIVE_PPM = 1e6  # standard uncertainty of a reading that no gate refuse
 class Odometry:
     """Records a trace until `locate` has fitted a belief map to it; from then on the filter runs."""
 
-    def __init__(self, estimator: Estimator, prior: Prior, belief_map: BeliefMap) -> None:
+    def __init__(self, estimator: Estimator, prior: Prior, belief_map: Localizer) -> None:
         self.prior, self._estimator, self._map = prior, estimator, belief_map
         self.model = prior.model  # that of the world which the best hypothesis assumes
         self.trace = belief_map.trace()

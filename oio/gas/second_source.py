@@ -1,4 +1,7 @@
-"""A second source in the same air, or the mirror image of the first behind a wall: their fields add up, and their derivatives with them."""
+"""What the source is besides a point: a second source in the same air, the mirror image of the first behind a wall, or an extended source.
+
+Fields add up, and their derivatives with them.
+"""
 
 from typing import NamedTuple
 
@@ -6,11 +9,13 @@ import numpy as np
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
+from oio.gas.extended_source import LINE, extended_source
 from oio.gas.range_law import LAW, LN_STRENGTH, SX, SY, SZ, concentration_at
 
 
 class SecondSource(NamedTuple):
-    """Second source as the filter takes it, known: position [m] and ln strength over the first's; ALONE, ANOTHER or MIRRORED."""
+    """Second source as the filter takes it, known: position [m] and ln strength over the first's; ALONE, ANOTHER or MIRRORED. Of an
+    extended source (LINE or RING) its half extent [m]."""
 
     x: float = 0.0
     y: float = 0.0
@@ -21,6 +26,7 @@ class SecondSource(NamedTuple):
 
 NO_SECOND_SOURCE = SecondSource()
 ALONE, ANOTHER, MIRRORED = 0, 1, 2  # kinds: no second source, one of its own, the mirror image behind a wall
+PARAMETERS = np.array([0, 4, 4, 3, 3])  # of each kind, LINE and RING included
 BEHIND = 1e-3  # concentration behind a wall, over what the field would be: not zero, so that its logarithm exists
 
 
@@ -33,8 +39,11 @@ def add_second_source(
 
     `field`: c, r, rarity of the first alone. `more` (LAW,) becomes the derivative of the ln c of the second. The first three entries of
     `grad`, times -1, are the derivative by p only together with (1 - share) times those of `more`. Behind a wall, the plane midway between
-    the two, there is next to nothing.
+    the two, there is next to nothing. Of an extended source, the first entries of `more` are the derivative by its half extent.
     """
+    if second[4] >= LINE:
+        total, r, rarity = extended_source(p, theta, (second[0], second[1], second[2]), second[4], scale, grad, more)
+        return total, r, rarity, 1.0
     c, r, rarity = field
     other = np.empty(LAW)
     other[:] = theta[:LAW]

@@ -14,6 +14,7 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
+from oio.gas.extended_source import LINE, RING
 from oio.gas.range_law import LN_STRENGTH, SOURCE, WIND
 from oio.gas.second_source import ANOTHER, MIRRORED
 from oio.inference.forward_model import Problem
@@ -29,6 +30,10 @@ WORLDS = {  # keys of the configuration, and what verdicts say
     "background_changes": "a background that changes",
     "second_source": "a second source",
     "wall": "a wall",
+    "lag": "another lag",
+    "joints": "joints elsewhere",
+    "line": "a source that is a line",
+    "ring": "a source that is a ring",
 }
 WIND_STARTS = 4  # directions of a new wind that are tried besides that of the best fit
 GRID_POINTS = 64  # places of a second source that are tried
@@ -36,6 +41,10 @@ SECOND_STARTS = 2  # of which so many are fitted,
 SEPARATION_M = 0.06  # and they are this far from each other
 WALL_STRENGTH_U = 0.05  # standard deviation of ln(strength of a mirror image over that of the source)
 WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2  # distances of a wall from the source that are tried, and how many are fitted
+EXTENDED_STARTS = 2  # fits of a line, and of a ring
+DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3), [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
+DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
+HALF = [0, 1, 2, 10, 11, 12, 13]  # of them are not each other's opposite
 
 
 @settings
@@ -49,6 +58,11 @@ class Alternatives:
     strength_sqrt_s: float
     background_sigmas_sqrt_s: float  # in standard deviations of a reading
     second_strength_u: float  # standard deviation of ln(strength of the second source / first)
+    lag_u: float  # standard deviation of ln(lag / lag at calibration)
+    drift_factor: float  # encoder drift over the arm's
+    offset_u_deg: float  # of a joint since calibration, standard uncertainty
+    extent_u_m: float  # of a line's half length, or a ring's radius, on each axis, standard deviation
+    inflation: float  # of the covariance of an alternative: no beacon has shown how well its law holds
     prior_odds: float  # of each alternative against the calibrated world
 
     def check(self) -> None:
@@ -58,6 +72,7 @@ class Alternatives:
             raise BadInput(f"{given}, but it can be {', '.join(WORLDS)}. Type e.g. belief_map.alternatives.worlds=[wind,second_source].")
         in_range(self, knot_s=(0.1, 1e6), most_knots=(1, 100), wind_per_m_sqrt_s=(0, 1e3), strength_sqrt_s=(0, 10))
         in_range(self, background_sigmas_sqrt_s=(0, 1e3), second_strength_u=(0.01, 10), prior_odds=(1e-9, 1e3))
+        in_range(self, lag_u=(0, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1), inflation=(1, 100))
 
     @property
     def none(self) -> "Alternatives":
@@ -73,6 +88,10 @@ class Alternatives:
             "background_changes": lambda name: self._walk(name, problem, best, "background"),
             "second_source": lambda name: self._second_source(name, problem, best),
             "wall": lambda name: self._wall(name, problem, best),
+            "lag": lambda name: self._lag(name, problem, best),
+            "joints": lambda name: self._joints(name, problem, best),
+            "line": lambda name: self._extended(name, problem, best, LINE),
+            "ring": lambda name: self._extended(name, problem, best, RING),
         }
         for key in self.worlds:
             yield WORLDS[key], partial(makers[key], WORLDS[key])
@@ -84,6 +103,29 @@ class Alternatives:
     def _wall(self, name: str, problem: Problem, best: Fit) -> "Alternative":
         extended = self._with_second_source(problem, MIRRORED, WALL_STRENGTH_U)
         return Alternative(name, extended, wall_starts(extended, best))
+
+    def _extended(self, name: str, problem: Problem, best: Fit, kind: int) -> "Alternative":
+        extension = LawExtension(second_source=kind)
+        extended = extend(problem, extension, [(extension.second, self.extent_u_m**2 * np.eye(3))])
+        return Alternative(name, extended, extended_source_starts(extended, best, self.extent_u_m))
+
+    def _lag(self, name: str, problem: Problem, best: Fit) -> "Alternative":
+        lay, cov, starts = problem.layout, np.array(problem.cov), list[Array]()
+        cov[lay.tau, :] = cov[:, lay.tau] = 0.0
+        cov[lay.tau, lay.tau] = self.lag_u**2
+        for ln_factor in (0.0, self.lag_u):
+            starts.append(np.array(best.mean))
+            starts[-1][lay.tau] += ln_factor
+        return Alternative(name, replace(problem, cov=cov), tuple(starts))
+
+    def _joints(self, name: str, problem: Problem, best: Fit) -> "Alternative":
+        n, lay = problem.arm.dof, problem.layout
+        extension = LawExtension(joints=n, begins_s=float(problem.sniffs.t_s[0]))
+        drift = np.eye(n) * (self.drift_factor * np.radians(problem.arm.encoder_drift_deg_s2)) ** 2 / 3.0
+        moved = extend(problem, extension, [(extension.drift, drift)])
+        cov = np.array(moved.cov)
+        cov[lay.offset, lay.offset] += np.radians(self.offset_u_deg) ** 2 * np.eye(n)
+        return Alternative(name, replace(moved, cov=cov), (np.concatenate([best.mean, np.zeros(n)]),))
 
     def _knots(self, problem: Problem) -> tuple[float, ...]:
         t = problem.sniffs.reading_t_s
@@ -173,23 +215,46 @@ def second_source_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
 
 def wall_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
     """Start values with a wall: the best by least squares of some directions and distances, for the source as fitted and nearer to us."""
-    n = best.layout.base
-    base = np.concatenate([best.mean[:n], best.source, [0.0]])
-    decay = readings_without_source(problem, base)
-    z, weight = weighted_signal(problem, base, best.fluctuation.gamma, decay)
-    corners = np.concatenate([np.eye(3), -np.eye(3), [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
-    candidates = []
-    for direction in corners / np.linalg.norm(corners, axis=1, keepdims=True):
+    shapes = []
+    for direction in DIRECTIONS:
         for distance in WALL_DISTANCES_M:
             for back in (0.0, 1.0):
-                theta = np.array(base)
-                theta[SOURCE] = best.source - back * distance * direction
-                theta[n : n + 3] = theta[SOURCE] + 2.0 * distance * direction
-                h = problem.expect(theta) - decay
-                factor = max(float(h @ (weight * z)) / max(float(h @ (weight * h)), 1e-300), 1e-3)
-                theta[LN_STRENGTH] += np.log(factor)
-                candidates.append((float(weight @ (z - factor * h) ** 2), theta))
-    return tuple(theta for _, theta in sorted(candidates, key=lambda candidate: candidate[0])[:WALL_STARTS])
+                source = best.source - back * distance * direction
+                shapes.append((source, [*(source + 2.0 * distance * direction), 0.0]))
+    return _best_shapes(problem, best, shapes, WALL_STARTS)
+
+
+def extended_source_starts(problem: Problem, best: Fit, extent_m: float) -> tuple[Array, ...]:
+    """Start values of an extended source: the best by least squares of some directions, with the source as fitted at the centre or at an
+    edge."""
+    shapes = []
+    for direction in DIRECTIONS[HALF]:
+        half = 1.5 * extent_m * direction
+        if problem.extension.second_source == LINE:
+            edges = [-half, half]
+        else:
+            one = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+            one *= np.linalg.norm(half) / np.linalg.norm(one)
+            two = np.cross(direction, one)
+            edges = [one, -one, two, -two]
+        shapes += [(best.source + edge, list(half)) for edge in (np.zeros(3), *edges)]
+    return _best_shapes(problem, best, shapes, EXTENDED_STARTS)
+
+
+def _best_shapes(problem: Problem, best: Fit, shapes: list[tuple[Array, list[float]]], count: int) -> tuple[Array, ...]:
+    """The best theta by least squares, each at its best strength, of shapes: source (3,) m, and parameters of the extension."""
+    n, candidates = best.layout.base, []
+    base = np.concatenate([best.mean[:n], shapes[0][1]])
+    decay = readings_without_source(problem, base)
+    z, weight = weighted_signal(problem, base, best.fluctuation.gamma, decay)
+    for source, parameters in shapes:
+        theta = np.array(base)
+        theta[SOURCE], theta[n:] = source, parameters
+        h = problem.expect(theta) - decay
+        factor = max(float(h @ (weight * z)) / max(float(h @ (weight * h)), 1e-300), 1e-3)
+        theta[LN_STRENGTH] += np.log(factor)
+        candidates.append((float(weight @ (z - factor * h) ** 2), theta))
+    return tuple(theta for _, theta in sorted(candidates, key=lambda candidate: candidate[0])[:count])
 
 
 def _two_strengths(first: Array, second: Array, z: Array, weight: Array) -> tuple[Array, float]:

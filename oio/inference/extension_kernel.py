@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
+from oio.gas.extended_source import LINE
 from oio.gas.range_law import KX, LAW, LN_STRENGTH
-from oio.gas.second_source import add_second_source
+from oio.gas.second_source import PARAMETERS, add_second_source
 
 
 class LawScale(NamedTuple):
@@ -16,23 +17,26 @@ class LawScale(NamedTuple):
 
 
 class Knots(NamedTuple):
-    """Extension of the law: a second source or none, and the knots [s] of what changes with time, piecewise linear between them.
+    """Extension of the law: a second source or none, the knots [s] of what changes with time, piecewise linear between them, and whether
+    the encoders drift anew.
 
-    Parameters are the second source (3) m and its ln strength over the first's; then the changes at all knots but the first, of ln
-    strength, wind (3 each) and background.
+    Parameters are the second source (3) m and its ln strength over the first's, or the half extent (3) m of an extended source; then the
+    changes at all knots but the first, of ln strength and wind (3 each); the additional drift (n) rad/s^2 of the joints, from the first
+    point of the path on; the background.
     """
 
     second_source: int  # see `oio.gas.second_source`
     strength_s: Array
     wind_s: Array
     background_s: Array
+    joints: int  # 0: the encoders drift as at calibration
 
 
 @compiled
-def parameters_of_field(knots: Knots) -> int:
-    """Number of parameters that change the field; those of the background follow them."""
+def parameters_of_law(knots: Knots) -> int:
+    """Number of parameters that change the law of the field; those of joints and background follow them."""
     walks = max(len(knots.strength_s) - 1, 0) + 3 * max(len(knots.wind_s) - 1, 0)
-    return (4 if knots.second_source else 0) + walks
+    return int(PARAMETERS[knots.second_source]) + walks
 
 
 @compiled
@@ -55,7 +59,7 @@ def law_at(theta: Array, knots: Knots, size: int, t: float, law: Array) -> None:
     """Fill law (LAW,) with the parameters of the range law at time t; the extension's begin at `size` in theta (P,)."""
     for j in range(LAW):
         law[j] = theta[j]
-    at = size + (4 if knots.second_source else 0)
+    at = size + PARAMETERS[knots.second_source]
     if len(knots.strength_s) > 1:
         for j, weight in knot_weights(knots.strength_s, t):
             law[LN_STRENGTH] += weight * theta[at + j]
@@ -79,12 +83,15 @@ def extended_field(
     row[:] = 0.0
     at = 0
     if knots.second_source:
-        second = (theta[size], theta[size + 1], theta[size + 2], theta[size + 3], knots.second_source)
+        extended = knots.second_source >= LINE
+        ln_ratio = 0.0 if extended else theta[size + 3]
+        second = (theta[size], theta[size + 1], theta[size + 2], ln_ratio, knots.second_source)
         c, r, rarity, share = add_second_source(place, law, second, (scale.r_ref_m, scale.radius_m), field, grad, more)
         for a in range(3):
-            row[a] = (1.0 - share) * more[a]
-        row[3] = 1.0 - share
-        at = 4
+            row[a] = more[a] if extended else (1.0 - share) * more[a]
+        if not extended:
+            row[3] = 1.0 - share
+        at = PARAMETERS[knots.second_source]
     if len(knots.strength_s) > 1:
         for j, weight in knot_weights(knots.strength_s, t):
             row[at + j] += weight

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
+from oio.gas.extended_source import LINE
 from oio.gas.range_law import LAW, SX, SY, SZ, concentration_at
-from oio.inference.extension_kernel import Knots, LawScale, extended_field, knot_weights, law_at, parameters_of_field
+from oio.inference.extension_kernel import Knots, LawScale, extended_field, knot_weights, law_at, parameters_of_law
 from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
 
 
@@ -49,7 +50,7 @@ def predict_readings(
     """Predict the readings at theta (P,), with Jacobian and field along the path. The first reading `first_ppm` initialises the lag."""
     t, q, at, element = path
     k, n, m, width = len(t), q.shape[1], len(at), LAW + 2 * q.shape[1]
-    of_field, of_background = parameters_of_field(knots), max(len(knots.background_s) - 1, 0)
+    of_field, of_background = parameters_of_law(knots) + knots.joints, max(len(knots.background_s) - 1, 0)
     size = len(theta) - of_field - of_background  # without the extension
     elements = (size - width - 1) // 2
     gains, offsets, factor = np.exp(theta[width : width + elements]), theta[width + elements + 1 : size], np.exp(theta[width + elements])
@@ -115,6 +116,7 @@ def _field_along_path(
     extended, at_t, more = grad.shape[1] > LAW + n, np.empty(LAW), np.empty(LAW)
     joints, frames, p = np.empty((n, BLOCK)), np.empty((n, ROWS, BLOCK)), np.empty((3, BLOCK))
     gradient, by_q = np.empty((3, BLOCK)), np.empty((n, BLOCK))
+    drift = base + parameters_of_law(knots)  # index of the additional drift of the first joint
     x0, y0, z0 = 0.0, 0.0, 0.0
     for begin in range(0, k, BLOCK):
         count = min(BLOCK, k - begin)
@@ -122,6 +124,8 @@ def _field_along_path(
             i = min(begin + b, k - 1)  # the last block is padded with the last point
             for j in range(n):
                 joints[j, b] = q[i, j] - theta[LAW + j] - 0.5 * t[i] * t[i] * theta[LAW + n + j]
+                if knots.joints:
+                    joints[j, b] -= 0.5 * (t[i] - t[0]) ** 2 * theta[drift + j]
         forward_positions(joints, chain, frames, p)
         for b in range(count):
             i = begin + b
@@ -141,7 +145,7 @@ def _field_along_path(
                     theta, knots, base, t[i], (x, y, z), at_t, law, field, row, row[LAW + n :], more
                 )
                 for a in range(3):  # of both sources: the nose moves against either
-                    gradient[a, b] = row[SX + a] + (row[LAW + n + a] if knots.second_source else 0.0)
+                    gradient[a, b] = row[SX + a] + (row[LAW + n + a] if 0 < knots.second_source < LINE else 0.0)
             along[3, i] = np.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2) / max(dt, 1e-9)
             along[4, i] = dt
             x0, y0, z0 = x, y, z
@@ -150,6 +154,8 @@ def _field_along_path(
             for b in range(count):
                 for j in range(n):
                     grad[begin + b, LAW + j] = by_q[j, b]
+                    if knots.joints:
+                        grad[begin + b, LAW + n + drift - base + j] = 0.5 * (t[begin + b] - t[0]) ** 2 * by_q[j, b]
 
 
 @compiled

@@ -113,7 +113,10 @@ class Problem:
     def nose(self, theta: Array) -> Array:
         """Nose positions (k, 3) [m] along the path at theta."""
         sn, lay = self.sniffs, self.layout
-        return self.arm.nose(sn.q - theta[lay.offset] - 0.5 * sn.t_s[:, None] ** 2 * theta[lay.drift])
+        offset = theta[lay.offset] + 0.5 * sn.t_s[:, None] ** 2 * theta[lay.drift]
+        if self.extension.joints:
+            offset = offset + 0.5 * (sn.t_s - sn.t_s[0])[:, None] ** 2 * theta[lay.base + np.array(self.extension.drift)]
+        return self.arm.nose(sn.q - offset)
 
     def expect(self, theta: Array) -> Array:
         """Predicted readings alone, without offsets (m,) [ppm]."""

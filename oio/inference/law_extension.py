@@ -1,4 +1,5 @@
-"""Extension of the range law to worlds that calibration did not see: a second source, and strength, wind or background that change.
+"""Extension of the range law to worlds that calibration did not see: a second source, strength, wind or background that change, and
+encoders that drift otherwise.
 
 What changes is piecewise linear between knots, with the prior of a random walk (Wiener process) from the first knot on, whose density is
 in units of the parameter per square root of a second. `oio.inference.extension_kernel.Knots` has the order of the parameters.
@@ -10,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.second_source import ALONE
+from oio.gas.second_source import ALONE, PARAMETERS
 from oio.inference.extension_kernel import Knots
 
 
@@ -25,18 +26,21 @@ class Densities:
 
 @dataclass(frozen=True)
 class LawExtension:
-    """Extension: a second source or none, knots [s] of the random walks, and their densities."""
+    """Extension: a second source or none, knots [s] of the random walks, their densities, and how many joints drift otherwise from
+    `begins_s`, the first reading, on (all, or none)."""
 
-    second_source: int = ALONE  # or ANOTHER, MIRRORED
+    second_source: int = ALONE  # or ANOTHER, MIRRORED, LINE, RING
     strength_s: tuple[float, ...] = ()
     wind_s: tuple[float, ...] = ()
     background_s: tuple[float, ...] = ()
     densities: Densities = Densities()
+    joints: int = 0
+    begins_s: float = 0.0
 
     @cached_property
     def knots(self) -> Knots:
         """The extension for the compiled forward model."""
-        return Knots(self.second_source, np.array(self.strength_s), np.array(self.wind_s), np.array(self.background_s))
+        return Knots(self.second_source, np.array(self.strength_s), np.array(self.wind_s), np.array(self.background_s), self.joints)
 
     @cached_property
     def size(self) -> int:
@@ -45,8 +49,9 @@ class LawExtension:
 
     @property
     def second(self) -> range:
-        """Indices of the second source and its ln strength over the first's, from the end of the law's own parameters."""
-        return range(4 if self.second_source else 0)
+        """Indices, from the end of theta without the extension, of the second source and its ln strength over the first's, or of the half
+        extent of an extended one."""
+        return range(int(PARAMETERS[self.second_source]))
 
     @property
     def strength(self) -> range:
@@ -59,9 +64,14 @@ class LawExtension:
         return range(self.strength.stop, self.strength.stop + 3 * max(len(self.wind_s) - 1, 0))
 
     @property
+    def drift(self) -> range:
+        """Indices of the additional drift of the joints [rad/s^2]."""
+        return range(self.wind.stop, self.wind.stop + self.joints)
+
+    @property
     def background(self) -> range:
         """Indices of the changes of the background."""
-        return range(self.wind.stop, self.wind.stop + max(len(self.background_s) - 1, 0))
+        return range(self.drift.stop, self.drift.stop + max(len(self.background_s) - 1, 0))
 
 
 UNEXTENDED = LawExtension()

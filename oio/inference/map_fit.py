@@ -41,6 +41,7 @@ class Fit:
     extension: LawExtension = UNEXTENDED
     world: str = CALIBRATED
     charged: float = 0.0  # prior odds against that world, in -2 ln, within the evidence
+    inflation: float = 1.0  # of the covariance
     residuals: ResidualTest | None = None  # of the best hypothesis of a map
 
     @property

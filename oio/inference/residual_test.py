@@ -62,4 +62,7 @@ def with_raised_noise(minima: list[Candidate], min_evidence: float) -> list[Cand
 
 def _again(problem: Problem, fit: Fit, noise: Fluctuation) -> Fit:
     again = solve(problem, fit.mean, noise)
-    return replace(again, world=fit.world, minus_2_log_evidence=again.minus_2_log_evidence + fit.charged)
+    evidence = again.minus_2_log_evidence + fit.charged
+    return replace(
+        again, world=fit.world, minus_2_log_evidence=evidence, charged=fit.charged, cov=fit.inflation * again.cov, inflation=fit.inflation
+    )

@@ -81,7 +81,7 @@ class StateSpace:
         transform[self.at["v"], lay.drift], transform[self.at["a"], lay.drift] = t * eye, eye
         transform[self.at["s"].start : self.at["b"].start, :LAW] = np.eye(LAW)
         transform[self.at["b"], lay.baseline] = np.eye(self.elements)
-        self._add_latest_changes(transform, fit)
+        self._add_latest_changes(transform, fit, t)
         mean, cov = transform @ fit.mean, transform @ fit.cov @ transform.T
         f, m, fl = self.at["f"].start, self.at["m"].start, self.fluctuation
         mean[f] = fit.lagged_ppm
@@ -92,8 +92,8 @@ class StateSpace:
         cov[np.diag_indices(self.size)] += 1e-18
         return Belief(t_ns, mean, cov)
 
-    def _add_latest_changes(self, transform: Array, fit: Fit) -> None:
-        """Add what changed with time, as at the last knot, to strength, wind and offsets."""
+    def _add_latest_changes(self, transform: Array, fit: Fit, t_s: float) -> None:
+        """Add what changed with time, as at the last knot, to strength, wind and offsets, and the additional drift to the joints."""
         n, extension = fit.layout.base, fit.extension
         if extension.strength:
             transform[self.at["l"], n + extension.strength[-1]] = 1.0
@@ -101,13 +101,18 @@ class StateSpace:
             transform[self.at["k"], n + np.array(extension.wind[-3:])] += np.eye(3)
         if extension.background:
             transform[self.at["b"], n + extension.background[-1]] = np.array(self.gain)
+        if extension.joints:
+            drift, t = n + np.array(extension.drift), t_s - extension.begins_s
+            for block, factor in (("o", 0.5 * t * t), ("v", t), ("a", 1.0)):
+                transform[self.at[block], drift] = factor * np.eye(len(drift))
 
     def after(self, fit: Fit) -> "StateSpace":
         """Return the model for the world that a fit assumes: gains and noise, its second source, and what may go on changing."""
         second, density, extension = SecondSource(), fit.extension.densities, fit.extension
         if extension.second_source:
-            x, y, z, ln_ratio = fit.mean[fit.layout.base : fit.layout.base + 4]
-            second = SecondSource(float(x), float(y), float(z), float(ln_ratio), extension.second_source)
+            parameters = [float(v) for v in fit.mean[fit.layout.base + np.array(extension.second)]]
+            x, y, z, ln_ratio = [*parameters, 0.0][:4]
+            second = SecondSource(x, y, z, ln_ratio, extension.second_source)
         walks = replace(
             self.process_noise,
             strength_sqrt_s=max(self.process_noise.strength_sqrt_s, density.strength if extension.strength else 0.0),

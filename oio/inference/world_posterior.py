@@ -31,10 +31,16 @@ def fit_alternatives(
         alternative = make()
         starts = [*alternative.starts, *_start_of(alternative, earlier.get(alternative.name))]
         fits = [solve(alternative.problem, within_prior(alternative.problem, start), best.fluctuation) for start in starts]
-        named = [replace(f, world=alternative.name, minus_2_log_evidence=f.minus_2_log_evidence + charged, charged=charged) for f in fits]
+        named = [as_alternative(fit, alternative.name, charged, settings.inflation) for fit in fits]
         found = [Candidate(alternative.problem, stronger_first(fit)) for fit in named]
         worlds.append([c for c in found if plausible(c.problem, c.fit)])
     return [world for world in worlds if world]
+
+
+def as_alternative(fit: Fit, world: str, charged: float, inflation: float) -> Fit:
+    """Return the fit as one of an alternative world, which is charged its prior odds, and its covariance inflated."""
+    evidence = fit.minus_2_log_evidence + charged
+    return replace(fit, world=world, minus_2_log_evidence=evidence, charged=charged, cov=inflation * fit.cov, inflation=inflation)
 
 
 def distinct(candidates: list[Candidate], apart_m: float, keep: float) -> list[Candidate]:

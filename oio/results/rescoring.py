@@ -20,7 +20,7 @@ class Variant:
     """One filter variant and its scores over the log."""
 
     odometry: Odometry
-    searched: bool  # the filter that ran the search: its maps are taken from the record, not recomputed
+    searched: bool  # the filter that ran the search: its maps and its declaration are taken from the record, not recomputed
     last_map: bool = False  # makes the last map only, over the whole trace; no filter runs before it
     nis: list[float] = field(default_factory=list)
     nose_errors_m: list[float] = field(default_factory=list)
@@ -68,7 +68,9 @@ class Rescoring:
                 variant.filtered = variant.odometry.source()
                 hypotheses = self._search.maps[self._search.maps_ns.index(t_ns)]
                 variant.odometry.locate(moves_done, hypotheses if variant.searched else ())
-            if variant.declared_ns is None and self._stop.may_declare(variant.odometry, self._search.made[:moves_done]):
+            if variant.searched:
+                variant.declared_ns = self._search.ended_ns if self._search.declared else None
+            elif variant.declared_ns is None and self._stop.may_declare(variant.odometry, self._search.made[:moves_done]):
                 variant.declared_ns = t_ns
 
     def _score_nose(self, truth: Truth) -> None:

@@ -12,11 +12,12 @@ from oio.search.d_optimal import path_is_clear, sd_m
 from oio.search.view import View
 
 CANDIDATES = 48  # poses about a hypothesis
+VAGUE = 4  # times as many sniffs about a hypothesis that is not narrow, such as a second source that was hardly smelt yet
 
 
 @settings
 class Verification:
-    """Settings of the verification; it costs `sniffs` moves for every other hypothesis."""
+    """Settings of the verification; it costs `sniffs` moves for every other hypothesis, VAGUE times as many while that is vague."""
 
     below_sd_m: float  # it begins when the root of the trace of the best hypothesis's covariance is below this
     radius_m: float  # a hypothesis was sniffed by a move that ended within this of it
@@ -35,7 +36,8 @@ class Verification:
         noses = view.arm.nose(np.array([move.q for move in view.moves]) - o) if view.moves else np.empty((0, 3))
         for other in view.hypotheses[1:]:
             sniffed = np.count_nonzero(np.linalg.norm(noses - other.source, axis=1) < self.radius_m)
-            pose = self._pose_about(view, other.source, rng) if sniffed < self.sniffs else None
+            vague = np.sqrt(np.trace(other.source_cov)) > self.below_sd_m
+            pose = self._pose_about(view, other.source, rng) if sniffed < self.sniffs * (VAGUE if vague else 1) else None
             if pose is not None:
                 return pose
         return None

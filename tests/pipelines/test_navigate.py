@@ -18,6 +18,7 @@ from oio.log import MemoryLog
 from oio.results.calibration import Navigation
 from oio.results.summary import Evaluation
 from oio.runtime.runner import run_stages
+from oio.search.elsewhere import LookElsewhere
 from oio.search.stop_rule import StopRule
 from oio.search.view import Move
 from pipelines import navigate
@@ -195,6 +196,7 @@ def told(out, monkeypatch, script, *words):
     """A search that is told what it smelt and never declares: shown a belief before every move, and after which moves maps were made."""
     monkeypatch.setattr(navigate, "WhiffDetector", type("Told", (Scripted,), {"script": script}))
     monkeypatch.setattr(StopRule, "may_declare", lambda *_: False)
+    monkeypatch.setattr(LookElsewhere, "propose", lambda *_: None)  # which would go before the strategy
     shown = []
 
     def strategy_of(search):

@@ -8,7 +8,7 @@ import pytest
 from oio.core.errors import BadInput
 from oio.core.records import Belief
 from oio.inference.map_fit import Fit
-from oio.search.verification import Verification
+from oio.search.verification import VAGUE, Verification
 from oio.search.view import Move, View
 
 RULE = Verification(below_sd_m=0.02, radius_m=0.065, sniffs=2, distances_m=(0.045, 0.055))
@@ -19,11 +19,14 @@ HERE, THERE = np.array([0.30, 0.10, 0.18]), np.array([0.33, -0.10, 0.20])
 def searching(lab):
     made = lab(5)
 
-    def view(others=(THERE,), sd_m=0.005, moves=()):
+    def view(others=(THERE,), sd_m=0.005, moves=(), others_sd_m=0.01):
         def fit(place):
             mean = np.array(made.mean)
             mean[:3] = place
-            return Fit(made.layout, mean, made.cov, 0.0, 0.0, made.model.fluctuation, 1, made.law)
+            cov = np.array(made.cov)
+            cov[:3, :] = cov[:, :3] = 0.0
+            cov[:3, :3] = others_sd_m**2 / 3.0 * np.eye(3)
+            return Fit(made.layout, mean, cov, 0.0, 0.0, made.model.fluctuation, 1, made.law)
 
         at = made.model.at
         mean, cov = np.zeros(made.model.size), 1e-9 * np.eye(made.model.size)
@@ -56,6 +59,13 @@ def test_a_place_that_was_sniffed_often_enough_is_left_alone(searching):
     once, twice = (searching(moves=sniffs_at(plain, THERE, count)) for count in (1, 2))
     assert RULE.propose(once, np.random.default_rng(0)) is not None
     assert RULE.propose(twice, np.random.default_rng(0)) is None
+
+
+def test_a_vague_hypothesis_gets_more_sniffs(searching):
+    plain = searching()
+    some, many = (searching(moves=sniffs_at(plain, THERE, RULE.sniffs * share), others_sd_m=0.05) for share in (VAGUE - 1, VAGUE))
+    assert RULE.propose(some, np.random.default_rng(0)) is not None
+    assert RULE.propose(many, np.random.default_rng(0)) is None
 
 
 def test_the_next_hypothesis_gets_its_turn(searching):
