@@ -71,11 +71,7 @@ class LiveFilament:
     def emit(self, emitters: Sequence[Emitter]) -> None:
         """Replace all sources; their puffs share the wind and the meander, present and past, and each has a velocity of its own."""
         air = self._air
-        self._emitters = tuple(emitters)
-        self._puff_ml = max((e.rate_ml_s for e in emitters), default=0.0) / air.puffs_per_s
-        self._count, self._puffs_due, self._released, self._t_s = 0, 0.0, 0, 0.0
-        if self._puffs.shape[1] < len(emitters) * self._per_source:
-            self._puffs = puffs.table(len(emitters) * self._per_source)
+        self._begin(emitters, 0.0)
         self._meander = self._shared.later(self._meander, air.spin_up_s, self._rng)
         age_s = np.arange(round(min(air.spin_up_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
         sway: Array | None = None
@@ -86,6 +82,18 @@ class LiveFilament:
             self._add(start + age_s[:, None] * self.wind_m_s + sway + displacements, velocities, age_s, self._amount(emitter, -age_s))
         if emitters:
             self._remove_and_grow()
+
+    def _begin(self, emitters: Sequence[Emitter], t_s: float) -> None:
+        """Replace all sources, without any gas yet; it is t_s before or after their opening."""
+        self._emitters = tuple(emitters)
+        self._puff_ml = max((e.rate_ml_s for e in emitters), default=0.0) / self._air.puffs_per_s
+        self._count, self._puffs_due, self._released, self._t_s = 0, 0.0, 0, t_s
+        if self._puffs.shape[1] < len(emitters) * self._per_source:
+            self._puffs = puffs.table(len(emitters) * self._per_source)
+
+    def carry(self, moved_m: Array) -> None:
+        """Move every puff by its row of moved_m (n, 3) m."""
+        self._puffs[:3, : self._count] += moved_m.T.astype(np.float32)
 
     def set_wind(self, speed_m_s: float, turned_rad: float, lift_m_s: float) -> None:
         """Change the mean wind from now on; `turned_rad` is counted from the direction that was drawn when the air was opened."""
