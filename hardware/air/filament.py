@@ -46,18 +46,23 @@ class Filament:
 
 
 class LiveFilament:
-    """Puffs of the open sources; memory is bounded by puffs_per_s * age_s for each."""
+    """Puffs of the open sources; memory is bounded by the puffs per second * age_s for each."""
 
     def __init__(self, air: Filament, wind_rad: float, rng: np.random.Generator) -> None:
         self._air, self._rng, self._wind_rad = air, rng, wind_rad
         self.wind_m_s = air.wind_m_s * np.array([math.cos(wind_rad), math.sin(wind_rad), 0.0])
         self._own, self._shared = VelocityProcess(air.turbulence_m_s, air.eddy_s), VelocityProcess(air.meander_m_s, air.meander_s)
         self._meander = air.meander_m_s * rng.standard_normal(3)
-        self._per_source = int(air.puffs_per_s * (air.age_s + 1)) + 2
+        self._per_s = air.puffs_per_s
         self._puffs = puffs.table(self._per_source)
         self._count, self._puffs_due, self._released, self._t_s = 0, 0.0, 0, 0.0
         self._emitters: tuple[Emitter, ...] = ()
         self._puff_ml = 0.0
+
+    @property
+    def _per_source(self) -> int:
+        """Most puffs of one source."""
+        return int(self._per_s * (self._air.age_s + 1)) + 2
 
     @property
     def places_m(self) -> Array:
@@ -73,7 +78,7 @@ class LiveFilament:
         air = self._air
         self._begin(emitters, 0.0)
         self._meander = self._shared.later(self._meander, air.spin_up_s, self._rng)
-        age_s = np.arange(round(min(air.spin_up_s, air.age_s) * air.puffs_per_s)) / air.puffs_per_s
+        age_s = np.arange(round(min(air.spin_up_s, air.age_s) * self._per_s)) / self._per_s
         sway: Array | None = None
         for emitter in emitters:
             displacements, velocities = self._own.since(age_s, self._rng)
@@ -86,7 +91,7 @@ class LiveFilament:
     def _begin(self, emitters: Sequence[Emitter], t_s: float) -> None:
         """Replace all sources, without any gas yet; it is t_s before or after their opening."""
         self._emitters = tuple(emitters)
-        self._puff_ml = max((e.rate_ml_s for e in emitters), default=0.0) / self._air.puffs_per_s
+        self._puff_ml = max((e.rate_ml_s for e in emitters), default=0.0) / self._per_s
         self._count, self._puffs_due, self._released, self._t_s = 0, 0.0, 0, t_s
         if self._puffs.shape[1] < len(emitters) * self._per_source:
             self._puffs = puffs.table(len(emitters) * self._per_source)
@@ -105,6 +110,10 @@ class LiveFilament:
         self._meander = self._meander * (sd_m_s / self._shared.sd_m_s) if self._shared.sd_m_s > 0.0 else self._meander
         self._shared = VelocityProcess(sd_m_s, memory_s)
 
+    def set_puffs(self, per_s: float) -> None:
+        """Change how many puffs a source releases per second, from its next opening on; their gas is as much as before."""
+        self._per_s = per_s
+
     def step(self, dt_s: float) -> None:
         """Advance by dt_s: move, grow, remove and release puffs."""
         own, count = self._own, self._count
@@ -118,7 +127,7 @@ class LiveFilament:
         self._remove_and_grow()
 
     def _release(self, dt_s: float) -> None:
-        self._puffs_due += dt_s * self._air.puffs_per_s
+        self._puffs_due += dt_s * self._per_s
         fresh = int(self._puffs_due)
         self._puffs_due -= fresh
         now_s = np.full(fresh, self._t_s)
@@ -131,7 +140,7 @@ class LiveFilament:
     def _amount(self, emitter: Emitter, t_s: Array) -> Array:
         """Gas in the puffs that an emitter releases at t_s (n,), over that of the strongest source at its full rate."""
         return (
-            emitter.rate_ml_s / (self._puff_ml * self._air.puffs_per_s) * emitter.release.share(t_s)
+            emitter.rate_ml_s / (self._puff_ml * self._per_s) * emitter.release.share(t_s)
             if self._puff_ml
             else np.zeros(len(t_s))
         )

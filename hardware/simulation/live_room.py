@@ -33,6 +33,15 @@ class MeanderingAir(ChangeableAir, Protocol):
         ...
 
 
+@runtime_checkable
+class PuffAir(LiveAir, Protocol):
+    """Air of puffs."""
+
+    def set_puffs(self, per_s: float) -> None:
+        """Change how many puffs a source releases per second."""
+        ...
+
+
 class LiveRoom:
     """Room of one simulated bench. `changed` tells whether the changes have begun; once begun they stay."""
 
@@ -53,13 +62,17 @@ class LiveRoom:
             self._air.present(place_m, rate_ml_s)
             return
         self._begin_wind()
+        if self._changes.puffs_per_s is not None:
+            if not isinstance(self._air, PuffAir):
+                raise BadInput(f"world.puffs_per_s is {self._changes.puffs_per_s:g}, but this air has no puffs. Type e.g. air=still.")
+            self._air.set_puffs(self._changes.puffs_per_s)
         if place_m is None:
             self._air.present(None, 0.0)
             return
         self._field = with_bodies(self._air.ppm, self._changes.bodies(place_m))
         emitters = self._changes.emitters(place_m, rate_ml_s)
         if emitters[0].is_plain and len(emitters) == 1:
-            self._air.present(place_m, rate_ml_s)
+            self._air.present(place_m, emitters[0].rate_ml_s)
         else:
             self._changeable("a source that is extended, not alone, or not constant").emit(emitters)
 

@@ -22,11 +22,15 @@ END_STOP_RAD = math.radians(0.5)  # a joint this close to an end of its range is
 
 
 @runtime_checkable
-class LagChanges(Protocol):
-    """Optional protocol of a sensor specimen whose lag can change."""
+class SensorChanges(Protocol):
+    """Optional protocol of a sensor specimen whose lag and climate can change."""
 
     def scale_lag(self, factor: float) -> None:
         """Multiply the time constants by a factor from now on."""
+        ...
+
+    def scale_climate(self, factor: float) -> None:
+        """Multiply the swings of temperature and humidity by a factor from now on."""
         ...
 
 
@@ -106,12 +110,15 @@ class Plant:
     def _begin_changes(self) -> None:
         changes = self._spec.changes
         self._encoders.worsen(changes.drift_factor, seconds(self.t_ns))
-        if changes.lag_factor != 1.0:
-            if not isinstance(self._specimen, LagChanges):
-                raise BadInput(
-                    f"world.lag_factor is {changes.lag_factor:g}, but the lag of this sensor cannot change. Type world.lag_factor=1."
-                )
-            self._specimen.scale_lag(changes.lag_factor)
+        if (changes.lag_factor, changes.climate_factor) == (1.0, 1.0):
+            return
+        if not isinstance(self._specimen, SensorChanges):
+            raise BadInput(
+                f"world.lag_factor is {changes.lag_factor:g} and world.climate_factor {changes.climate_factor:g}, but this sensor cannot "
+                f"change. Type world.lag_factor=1 world.climate_factor=1."
+            )
+        self._specimen.scale_lag(changes.lag_factor)
+        self._specimen.scale_climate(changes.climate_factor)
 
     def _nose_m(self) -> Array:
         """True position of the nose (3,) m."""

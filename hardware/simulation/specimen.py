@@ -116,7 +116,7 @@ class Specimen:
 
     def __init__(self, sensor: Transducer, truth: np.random.Generator, noise: np.random.Generator) -> None:
         s = sensor.spread
-        self._sensor, self._noise, self._t_s = sensor, noise, 0.0
+        self._sensor, self._noise, self._t_s, self._swings = sensor, noise, 0.0, 1.0
         tau = math.exp(s.tau * truth.standard_normal())  # the elements share a housing, hence their lag
         self._elements = [
             _Element(math.exp(s.gain * truth.standard_normal()), s.bias * truth.standard_normal(), tau) for _ in range(sensor.elements)
@@ -137,6 +137,10 @@ class Specimen:
         for element in self._elements:
             element.tau_factor *= factor
 
+    def scale_climate(self, factor: float) -> None:
+        """Multiply the swings of temperature and humidity by a factor from now on."""
+        self._swings *= factor
+
     def sample(self, element: int, t_s: float) -> float:
         """Return the raw value at t_s; repeated until the element's update period has passed."""
         e, sensor = self._elements[element], self._sensor
@@ -149,5 +153,5 @@ class Specimen:
     def _slow_signal(self) -> float:
         s, d, c = self._sensor.spread, self._sensor.dynamics, self._sensor.climate
         warm_up = s.warm_up * math.exp(-(self._t_s + d.powered_for_s) / d.warm_up_tau_s)
-        swing = math.sin(2 * math.pi * self._t_s / c.period_s)
+        swing = self._swings * math.sin(2 * math.pi * self._t_s / c.period_s)
         return warm_up + swing * (s.per_degc * c.temperature_swing_degc + s.per_pct_rh * c.humidity_swing_pct)

@@ -42,6 +42,8 @@ class WorldChanges:
     arm_transmits: float
     further_offsets_m: tuple[tuple[float, float, float], ...]  # of further sources: behind, left, above
     further_strengths: tuple[float, ...]  # over that of the source
+    strength_factor: float  # of all sources
+    puffs_per_s: float | None
     shape: str
     size_m: float
     shape_axis: tuple[float, float, float]
@@ -58,6 +60,7 @@ class WorldChanges:
     nose_offset_m: tuple[float, float, float]  # in the frame of the nose site
     drift_factor: float
     lag_factor: float
+    climate_factor: float  # of the swings of temperature and humidity
     backlash_deg: float | None
 
     def check(self) -> None:
@@ -70,8 +73,9 @@ class WorldChanges:
                 raise BadInput(f"world.walls_m.{side} is {distance:g}, but 0 to 10 m is allowed. Type e.g. world.walls_m.{side}=0.05.")
         in_range(self, wall_reflects=(0, 1), box_transmits=(0, 1), arm_transmits=(0, 1), arm_radius_m=(0, 1), size_m=(0, 1))
         in_range(self, starts_s=(0, 1e6), pulse_duty=(0.01, 1), meander_s=(0.01, 1e4), drift_factor=(0, 1e3), lag_factor=(0.01, 100))
+        in_range(self, strength_factor=(1e-6, 1e6), climate_factor=(0, 1e3))
         in_range(self, background_step_ppm=(-1e6, 1e6), background_step_s=(0, 1e6), background_ramp_ppm_per_min=(-1e5, 1e5))
-        for key, low, high in (("fade_s", 0.1, 1e7), ("pulse_s", 0.01, 1e5), ("meander_m_s", 0.0, 5.0), ("backlash_deg", 0.0, 20.0)):
+        for key, low, high in (("fade_s", 0.1, 1e7), ("pulse_s", 0.01, 1e5), ("meander_m_s", 0.0, 5.0), ("backlash_deg", 0.0, 20.0), ("puffs_per_s", 0.1, 500.0)):
             if getattr(self, key) is not None:
                 in_range(self, **{key: (low, high)})
         self._check_lists()
@@ -108,6 +112,7 @@ class WorldChanges:
             self.starts_s, math.inf if self.fade_s is None else self.fade_s, math.inf if self.pulse_s is None else self.pulse_s,
             1.0 if self.pulse_s is None else self.pulse_duty,
         )  # fmt: skip
+        rate_ml_s *= self.strength_factor
         frame, shape = seen_from_base(source_m), Shape(self.shape, self.size_m, self.shape_axis)
         further = zip(self.further_offsets_m, self.further_strengths, strict=True)
         others = (Emitter(source_m + np.array(offset) @ frame, strength * rate_ml_s, release=release) for offset, strength in further)

@@ -42,7 +42,8 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
     names = {key: choices[key] for key in ("backend", "air", "ekf")}
     plain = {key: cfg[key] for key in ("dof", "assembly", "seed")}
-    world = cfg.world.name if choices["backend"] == "mujoco" else None  # a simulated one
+    world = cfg.world.name if "world" in cfg.backend else None  # a simulated one
+    _check_world(choices["backend"], overrides, world is not None)
     identity = {"sensor": cfg.sensor.name, "profile": cfg.profile.name, **plain, **names, "world": world}
     stages = {name: instantiate(node) for name, node in (cfg.stage or {}).items()}
     if not stages:
@@ -54,6 +55,13 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment
+
+
+def _check_world(backend: str, overrides: list[str], simulated: bool) -> None:
+    changed = [given for given in overrides if given.lstrip("+").startswith(("world=", "world.")) and given != "world=unchanged"]
+    if changed and not simulated:
+        given = f"{changed[0]} changes the simulated world, but backend={backend} is not simulated"
+        raise BadInput(f"{given}. Leave it out, or type backend=mujoco.")
 
 
 def _whole(key: str, value: object, allowed: str, example: str) -> None:

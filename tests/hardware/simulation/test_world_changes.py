@@ -1,5 +1,7 @@
 """Worlds that change after calibration: each key does what it says, when it says, and to nothing else."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -172,3 +174,47 @@ def test_a_whole_run_knows_its_world(built):
 def test_worlds_that_make_no_sense_are_refused(changes, more, told):
     with pytest.raises(BadInput, match=told):
         changes(**more)
+
+
+def test_a_stronger_source_is_as_much_stronger(changes, room):
+    plain, strong = (room(changes(name)) for name in ("unchanged", "strong"))
+    for live in (plain, strong):
+        live.present("source", PLACE, 1.0)
+    p = PLACE + np.array([0.0, 0.1, 0.0])
+    assert strong.ppm(p, None) - 420.0 == pytest.approx(5.0 * (plain.ppm(p, None) - 420.0))
+
+
+def test_fewer_puffs_hold_as_much_gas(built, changes):
+    """Two puffs a second instead of forty: as much on average, and much rougher."""
+    means, spreads, p = [], [], PLACE + np.array([0.0, 0.12, 0.0])
+    for name in ("unchanged", "sparse"):
+        seen = []
+        for seed in range(12):
+            live = LiveRoom(built("air", "air=still").open(np.random.default_rng(seed), np.random.default_rng(100 + seed)), changes(name), 0.0)
+            live.present("source", PLACE, 1.0)
+            seen += [stepped(live, 0.5).ppm(p, None) for _ in range(20)]
+        means.append(np.mean(seen))
+        spreads.append(np.std(seen) / np.mean(seen))
+    assert means[1] == pytest.approx(means[0], rel=0.3)
+    assert spreads[1] > 1.5 * spreads[0]
+
+
+def test_a_climate_swings_as_much_farther(built):
+    plain, wild = (built("backend", "sensor=mox_mics", "dof=5", "air=steady", f"world={w}") for w in ("unchanged", "climate"))
+    with plain.plant() as one, wild.plant() as other:
+        slow = []
+        for plant in (one, other):
+            plant.present("source")
+            plant._specimen.step(0.0, 225.0)  # a quarter of the period
+            slow.append(plant._specimen._slow_signal())
+        spread, climate = plain.sensor.spread, plain.sensor.climate
+    swing = spread.per_degc * climate.temperature_swing_degc + spread.per_pct_rh * climate.humidity_swing_pct
+    assert swing != 0.0 and slow[1] - slow[0] == pytest.approx(9.0 * swing)
+
+
+def test_a_changed_world_needs_a_simulated_one():
+    """A bench, a recording or a replay has the world that it has."""
+    command = [sys.executable, "-m", "oio.run", "backend=recording", "recording=airscout32", "arm=gantry", "dof=3", "world=wall"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "world=wall changes the simulated world, but backend=recording is not simulated" in " ".join(done.stderr.split())
