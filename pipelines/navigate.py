@@ -68,7 +68,7 @@ class Navigate:
                 break  # a log or a recording is over: what is believed by now is the answer
             ends.append(context.world.t_ns)
             # a narrow belief is put to the test of a map of everything; only if that agrees the source is declared
-            narrow = self.stop.may_declare(odometry, tuple(moves)) and self._looked_elsewhere(context, odometry, tuple(moves))
+            narrow = self._is_narrow(context, odometry, tuple(moves), mapped)
             if self.mapping.due(moves, mapped, self._doubtful(odometry)) or narrow:
                 thorough = narrow or self.mapping.thorough(len(moves), thorough_at) or not odometry.consistent(self.stop.max_nis)
                 thorough_at = len(moves) if thorough else thorough_at
@@ -91,7 +91,10 @@ class Navigate:
         bouts = BoutDetector(self.bout, self.bout.window(self.arm.dof), baselines)
         return MoveRecorder(odometry, bouts, WhiffDetector(baselines, odometry.prior.model.fall_s), self.whiff_sigmas)
 
-    def _looked_elsewhere(self, context: Context, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
+    def _is_narrow(self, context: Context, odometry: Odometry, moves: tuple[Move, ...], mapped: int) -> bool:
+        """Whether a declaration is worth a map of everything: not so soon after the last map, nor before the nose looked elsewhere."""
+        if len(moves) < mapped + self.mapping.recheck_moves or not self.stop.may_declare(odometry, moves):
+            return False
         return self.elsewhere.propose(self._view(odometry, moves, 0.0), context.rng) is None
 
     def _doubtful(self, odometry: Odometry) -> bool:

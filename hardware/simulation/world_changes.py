@@ -75,9 +75,13 @@ class WorldChanges:
         in_range(self, starts_s=(0, 1e6), pulse_duty=(0.01, 1), meander_s=(0.01, 1e4), drift_factor=(0, 1e3), lag_factor=(0.01, 100))
         in_range(self, strength_factor=(1e-6, 1e6), climate_factor=(0, 1e3))
         in_range(self, background_step_ppm=(-1e6, 1e6), background_step_s=(0, 1e6), background_ramp_ppm_per_min=(-1e5, 1e5))
-        for key, low, high in (("fade_s", 0.1, 1e7), ("pulse_s", 0.01, 1e5), ("meander_m_s", 0.0, 5.0), ("backlash_deg", 0.0, 20.0), ("puffs_per_s", 0.1, 500.0)):
+        optional = {
+            "fade_s": (0.1, 1e7), "pulse_s": (0.01, 1e5), "meander_m_s": (0.0, 5.0), "backlash_deg": (0.0, 20.0),
+            "puffs_per_s": (0.1, 500.0),
+        }  # fmt: skip
+        for key, allowed in optional.items():
             if getattr(self, key) is not None:
-                in_range(self, **{key: (low, high)})
+                in_range(self, **{key: allowed})
         self._check_lists()
 
     def _check_word(self, key: str, word: str, allowed: tuple[str, ...]) -> None:

@@ -1,8 +1,8 @@
 """Alternative worlds: what may have changed since calibration, each a fit problem of its own, compared with the calibrated one by evidence.
 
-Calibration is a prior about the room as it was. Alternatives reopen the wind, let strength, wind or background change with time, or add a
-second source. Their evidence is the marginal likelihood in Laplace's approximation (MacKay 2003, ch. 28), so that the volume of every
-additional prior is charged.
+Calibration is a prior about the room as it was. Alternatives reopen the wind, the lag or the joints, let strength, wind or background
+change with time, add a second source, or extend the source to a line or ring. Their evidence is the marginal likelihood in Laplace's
+approximation (MacKay 2003, ch. 28), so that the volume of every additional prior is charged.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,13 +15,12 @@ from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 from oio.gas.extended_source import LINE, RING
-from oio.gas.range_law import LN_STRENGTH, SOURCE, WIND
+from oio.gas.range_law import WIND
 from oio.gas.second_source import ANOTHER, MIRRORED
+from oio.inference.alternative_starts import extended_source_starts, second_source_starts, wall_starts, wind_starts
 from oio.inference.forward_model import Problem
 from oio.inference.law_extension import Densities, LawExtension, random_walk_cov
 from oio.inference.map_fit import Fit
-from oio.inference.sampling import halton
-from oio.inference.source_strength import readings_without_source, weighted_signal
 
 WORLDS = {  # keys of the configuration, and what verdicts say
     "wind": "another wind",
@@ -35,16 +34,7 @@ WORLDS = {  # keys of the configuration, and what verdicts say
     "line": "a source that is a line",
     "ring": "a source that is a ring",
 }
-WIND_STARTS = 4  # directions of a new wind that are tried besides that of the best fit
-GRID_POINTS = 64  # places of a second source that are tried
-SECOND_STARTS = 2  # of which so many are fitted,
-SEPARATION_M = 0.06  # and they are this far from each other
 WALL_STRENGTH_U = 0.05  # standard deviation of ln(strength of a mirror image over that of the source)
-WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2  # distances of a wall from the source that are tried, and how many are fitted
-EXTENDED_STARTS = 2  # fits of a line, and of a ring
-DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3), [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
-DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
-HALF = [0, 1, 2, 10, 11, 12, 13]  # of them are not each other's opposite
 
 
 @settings
@@ -72,7 +62,7 @@ class Alternatives:
             raise BadInput(f"{given}, but it can be {', '.join(WORLDS)}. Type e.g. belief_map.alternatives.worlds=[wind,second_source].")
         in_range(self, knot_s=(0.1, 1e6), most_knots=(1, 100), wind_per_m_sqrt_s=(0, 1e3), strength_sqrt_s=(0, 10))
         in_range(self, background_sigmas_sqrt_s=(0, 1e3), second_strength_u=(0.01, 10), prior_odds=(1e-9, 1e3))
-        in_range(self, lag_u=(0, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1), inflation=(1, 100))
+        in_range(self, lag_u=(1e-3, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1), inflation=(1, 100))
 
     @property
     def none(self) -> "Alternatives":
@@ -82,7 +72,7 @@ class Alternatives:
     def of(self, problem: Problem, best: Fit) -> Iterator[tuple[str, Callable[[], "Alternative"]]]:
         """Yield the name of every alternative to the problem, whose best fit is given, and how it is made."""
         makers = {
-            "wind": lambda name: Alternative(name, reopen_wind(problem), _wind_starts(problem, best)),
+            "wind": lambda name: Alternative(name, reopen_wind(problem), wind_starts(problem, best)),
             "wind_changes": lambda name: self._walk(name, reopen_wind(problem), best, "wind"),
             "strength_changes": lambda name: self._walk(name, problem, best, "strength"),
             "background_changes": lambda name: self._walk(name, problem, best, "background"),
@@ -121,7 +111,7 @@ class Alternatives:
     def _joints(self, name: str, problem: Problem, best: Fit) -> "Alternative":
         n, lay = problem.arm.dof, problem.layout
         extension = LawExtension(joints=n, begins_s=float(problem.sniffs.t_s[0]))
-        drift = np.eye(n) * (self.drift_factor * np.radians(problem.arm.encoder_drift_deg_s2)) ** 2 / 3.0
+        drift = np.eye(n) * (self.drift_factor * np.radians(problem.arm.encoder_drift_deg_s2)) ** 2 / 3.0 + 1e-18 * np.eye(n)
         moved = extend(problem, extension, [(extension.drift, drift)])
         cov = np.array(moved.cov)
         cov[lay.offset, lay.offset] += np.radians(self.offset_u_deg) ** 2 * np.eye(n)
@@ -182,89 +172,3 @@ def reopen_wind(problem: Problem) -> Problem:
     cov[WIND, :] = cov[:, WIND] = 0.0
     cov[WIND, WIND] = np.diag([law.wind_per_m_u**2, law.wind_per_m_u**2, law.lift_per_m_u**2])
     return replace(problem, mean=mean, cov=cov)
-
-
-def _wind_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
-    starts = [best.mean]
-    for angle in 2.0 * np.pi * np.arange(WIND_STARTS) / WIND_STARTS:
-        start = np.array(best.mean)
-        start[WIND] = 1.3 * problem.law.wind_per_m_u * np.array([np.cos(angle), np.sin(angle), 0.0])
-        starts.append(start)
-    return tuple(starts)
-
-
-def second_source_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
-    """Start values with a second source: the first as fitted, the second at the best separated places of a grid by least squares."""
-    low, high = np.array(problem.arm.box_low_m), np.array(problem.arm.box_high_m)
-    places, decay = low + halton(GRID_POINTS) * (high - low), readings_without_source(problem, best.mean)
-    first, (z, weight) = problem.expect(best.mean) - decay, weighted_signal(problem, best.mean, best.fluctuation.gamma, decay)
-    candidates = []
-    for place in places:
-        theta = np.array(best.mean)
-        theta[SOURCE] = place
-        factors, cost = _two_strengths(first, problem.expect(theta) - decay, z, weight)
-        theta[SOURCE], theta[LN_STRENGTH] = best.source, best.mean[LN_STRENGTH] + np.log(factors[0])
-        candidates.append((cost, np.concatenate([theta, place, [np.log(factors[1] / factors[0])]])))
-    starts: list[Array] = []
-    n = problem.layout.size
-    for _, start in sorted(candidates, key=lambda candidate: candidate[0]):
-        if len(starts) < SECOND_STARTS and all(np.linalg.norm(start[n : n + 3] - other[n : n + 3]) > SEPARATION_M for other in starts):
-            starts.append(start)
-    return tuple(starts)
-
-
-def wall_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
-    """Start values with a wall: the best by least squares of some directions and distances, for the source as fitted and nearer to us."""
-    shapes = []
-    for direction in DIRECTIONS:
-        for distance in WALL_DISTANCES_M:
-            for back in (0.0, 1.0):
-                source = best.source - back * distance * direction
-                shapes.append((source, [*(source + 2.0 * distance * direction), 0.0]))
-    return _best_shapes(problem, best, shapes, WALL_STARTS)
-
-
-def extended_source_starts(problem: Problem, best: Fit, extent_m: float) -> tuple[Array, ...]:
-    """Start values of an extended source: the best by least squares of some directions, with the source as fitted at the centre or at an
-    edge."""
-    shapes = []
-    for direction in DIRECTIONS[HALF]:
-        half = 1.5 * extent_m * direction
-        if problem.extension.second_source == LINE:
-            edges = [-half, half]
-        else:
-            one = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
-            one *= np.linalg.norm(half) / np.linalg.norm(one)
-            two = np.cross(direction, one)
-            edges = [one, -one, two, -two]
-        shapes += [(best.source + edge, list(half)) for edge in (np.zeros(3), *edges)]
-    return _best_shapes(problem, best, shapes, EXTENDED_STARTS)
-
-
-def _best_shapes(problem: Problem, best: Fit, shapes: list[tuple[Array, list[float]]], count: int) -> tuple[Array, ...]:
-    """The best theta by least squares, each at its best strength, of shapes: source (3,) m, and parameters of the extension."""
-    n, candidates = best.layout.base, []
-    base = np.concatenate([best.mean[:n], shapes[0][1]])
-    decay = readings_without_source(problem, base)
-    z, weight = weighted_signal(problem, base, best.fluctuation.gamma, decay)
-    for source, parameters in shapes:
-        theta = np.array(base)
-        theta[SOURCE], theta[n:] = source, parameters
-        h = problem.expect(theta) - decay
-        factor = max(float(h @ (weight * z)) / max(float(h @ (weight * h)), 1e-300), 1e-3)
-        theta[LN_STRENGTH] += np.log(factor)
-        candidates.append((float(weight @ (z - factor * h) ** 2), theta))
-    return tuple(theta for _, theta in sorted(candidates, key=lambda candidate: candidate[0])[:count])
-
-
-def _two_strengths(first: Array, second: Array, z: Array, weight: Array) -> tuple[Array, float]:
-    """Least-squares factors of two fields (m,), at least 1e-3, and the weighted sum of squares."""
-    fields = np.stack([first, second], axis=1)
-    normal = fields.T @ (weight[:, None] * fields)
-    factors = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2), fields.T @ (weight * z))
-    for i in range(2):
-        if factors[i] < 1e-3:
-            factors[i], other = 1e-3, 1 - i
-            factors[other] = max(float(fields[:, other] @ (weight * z)) / max(float(normal[other, other]), 1e-300), 1e-3)
-    residual = z - fields @ factors
-    return factors, float(weight @ residual**2)

@@ -8,7 +8,7 @@ import numpy as np
 from oio.core.records import Array
 from oio.gas.range_law import LN_STRENGTH, SOURCE
 from oio.gas.second_source import ANOTHER
-from oio.inference.alternatives import Alternative, Alternatives
+from oio.inference.alternatives import WORLDS, Alternative, Alternatives
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
 from oio.inference.residual_test import Candidate
@@ -16,17 +16,24 @@ from oio.inference.residual_test import Candidate
 ONE_SIDED_95 = 1.645
 EXTENT_M = 0.12  # two sources nearer than this may be one extended source
 MARGIN_M = 0.05  # by which a source may lie outside the workspace box of the nose
+EXTENDED = (WORLDS["line"], WORLDS["ring"])
 PRIOR_SDS = 3.0  # start values are moved to within so many prior standard deviations: fits that start farther off run out of steps
 
 
 def fit_alternatives(
     settings: Alternatives, problem: Problem, best: Fit, before: Iterable[Fit], chosen: Container[str] | None = None
 ) -> list[list[Candidate]]:
-    """Return the fits of every alternative world (or of the `chosen` names), from its own start values and from an earlier fit of it."""
+    """Return the fits of every alternative world (or of the `chosen` names), from its own start values and from an earlier fit of it.
+
+    Lines and rings cost as much as all others together, and look like two sources, a wall or another wind: they are fitted if one of those
+    explains the readings better than the calibrated world does.
+    """
     earlier, worlds = {fit.world: fit for fit in reversed(tuple(before))}, list[list[Candidate]]()
     charged = -2.0 * float(np.log(settings.prior_odds))
     for name, make in settings.of(problem, best):
         if chosen is not None and name not in chosen:
+            continue
+        if chosen is None and name in EXTENDED and all(_evidence(world) >= best.minus_2_log_evidence for world in worlds if world):
             continue
         alternative = make()
         starts = [*alternative.starts, *_start_of(alternative, earlier.get(alternative.name))]
@@ -35,6 +42,10 @@ def fit_alternatives(
         found = [Candidate(alternative.problem, stronger_first(fit)) for fit in named]
         worlds.append([c for c in found if plausible(c.problem, c.fit)])
     return [world for world in worlds if world]
+
+
+def _evidence(candidates: list[Candidate]) -> float:
+    return min(c.fit.minus_2_log_evidence for c in candidates)
 
 
 def as_alternative(fit: Fit, world: str, charged: float, inflation: float) -> Fit:

@@ -190,7 +190,8 @@ def test_fewer_puffs_hold_as_much_gas(built, changes):
     for name in ("unchanged", "sparse"):
         seen = []
         for seed in range(12):
-            live = LiveRoom(built("air", "air=still").open(np.random.default_rng(seed), np.random.default_rng(100 + seed)), changes(name), 0.0)
+            air = built("air", "air=still").open(np.random.default_rng(seed), np.random.default_rng(100 + seed))
+            live = LiveRoom(air, changes(name), 0.0)
             live.present("source", PLACE, 1.0)
             seen += [stepped(live, 0.5).ppm(p, None) for _ in range(20)]
         means.append(np.mean(seen))

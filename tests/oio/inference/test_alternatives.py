@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oio.core.errors import BadInput
+from oio.gas.extended_source import LINE, RING
 from oio.gas.second_source import ANOTHER
 from oio.inference import belief_map
 from oio.inference.alternatives import WORLDS, extend
@@ -74,6 +75,57 @@ def test_a_second_source_is_found_and_the_stronger_is_the_answer(lab, maps):
     assert np.linalg.norm(best.source - theta[:3]) < 0.03
     if best.world == "a second source":
         assert np.linalg.norm(best.mean[n : n + 3] - place) < 0.06
+
+
+@pytest.mark.parametrize(
+    ("kind", "half", "name"),
+    [(LINE, (0.0, 0.0, 0.06), "line"), (RING, (0.0, 0.0, 0.04), "ring"), (RING, (0.0, 0.06, 0.0), "ring")],
+)
+@pytest.mark.parametrize("seed", [95, 96])
+def test_an_extended_source_is_found_with_its_shape(lab, maps, draw, kind, half, name, seed):
+    made = lab(5, 1, seed=seed)
+    theta = made.theta()
+    problem = made.problem(theta, poses=60, quiet=True)
+    extension = LawExtension(second_source=kind)
+    extended = extend(problem, extension, [(extension.second, 1e-2 * np.eye(3))])
+    expected = extended.predict(np.concatenate([theta, half]))
+    noise = draw(expected.along, made.model.fluctuation, np.random.default_rng(seed))[0]
+    sniffs = replace(problem.sniffs, ppm=expected.ppm + theta[made.layout.baseline][0] + noise)
+    best = maps.locate(sniffs, made.known)[0]
+    assert best.world == WORLDS[name]
+    assert np.linalg.norm(best.source - theta[:3]) < 0.02
+    found = best.mean[made.layout.size :]
+    assert min(np.linalg.norm(found - half), np.linalg.norm(found + half)) < 0.025
+
+
+def test_another_lag_is_found(lab, maps):
+    made = lab(3, 1, seed=96)
+    theta = made.theta()
+    theta[made.layout.tau] = np.log(2.5)
+    sniffs = made.problem(theta, poses=30).sniffs
+    taken_at_its_word = maps.as_calibrated.locate(sniffs, made.known)[0]
+    best = maps.locate(sniffs, made.known)[0]
+    assert best.world == WORLDS["lag"]
+    assert best.mean[made.layout.tau] == pytest.approx(np.log(2.5), abs=0.2)
+    assert np.linalg.norm(best.source - theta[:3]) < max(0.02, np.linalg.norm(taken_at_its_word.source - theta[:3]))
+
+
+@pytest.mark.parametrize("seed", [97, 98, 99])
+def test_joints_that_drift_otherwise_are_found(lab, maps, draw, seed):
+    """Encoders that drift by 40 degrees during the search, from its first reading on, which is five times the arm's bound."""
+    made = lab(5, 1, seed=seed)
+    theta = made.theta()
+    problem = made.problem(theta, poses=60, quiet=True)
+    since_s, noise = problem.sniffs.t_s - problem.sniffs.t_s[0], made.model.fluctuation
+    drift = np.full(5, np.radians(40.0)) / (0.5 * since_s[-1] ** 2)
+    expected = problem.predict(theta)
+    ppm = expected.ppm + theta[made.layout.baseline][0] + draw(expected.along, noise, np.random.default_rng(seed))[0]
+    sniffs = replace(problem.sniffs, q=problem.sniffs.q + 0.5 * since_s[:, None] ** 2 * drift, ppm=ppm)
+    arm = replace(made.arm, encoder_drift_deg_s2=float(np.degrees(drift[0])) / 5.0)
+    known = replace(made.known, model=replace(made.model, arm=arm))
+    taken_at_its_word, best = maps.as_calibrated.locate(sniffs, known)[0], maps.locate(sniffs, known)[0]
+    assert best.world == WORLDS["joints"]
+    assert np.linalg.norm(best.source - theta[:3]) < 0.7 * np.linalg.norm(taken_at_its_word.source - theta[:3])
 
 
 def test_a_map_that_is_not_thorough_keeps_to_the_worlds_it_knows(lab, maps, monkeypatch):
