@@ -110,8 +110,11 @@ class Sniffs:
 
     def without(self, begin_s: float, end_s: float) -> "Sniffs":
         """Return the same path without the readings of begin_s <= t <= end_s; the first reading is always kept."""
-        kept = (self.reading_t_s < begin_s) | (self.reading_t_s > end_s)
-        kept[0] = True
+        return self.only((self.reading_t_s < begin_s) | (self.reading_t_s > end_s))
+
+    def only(self, kept: NDArray[np.bool_]) -> "Sniffs":
+        """Return the same path with some of the readings, `kept` (m,); the first is always kept, because it initialises the lag."""
+        kept = kept | (np.arange(len(kept)) == 0)
         return Sniffs(
             self.t_s, self.q, self.at[kept], self.reading_t_s[kept],
             self.element[kept], self.ppm[kept], self.sigma_ppm[kept], self.censored[kept],

@@ -14,7 +14,7 @@ from oio.inference.alternatives import Alternatives
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
 from oio.inference.prior import Prior, reset_source
-from oio.inference.residual_test import Candidate, residual_test, with_raised_noise
+from oio.inference.residual_test import Candidate, residual_test, split_half, with_raised_noise
 from oio.inference.sampling import halton
 from oio.inference.source_strength import clip_strength, mirror_start, readings_without_source, weighted_signal
 from oio.inference.trilateration import linear_source
@@ -74,6 +74,8 @@ class BeliefMap:
         ]
         best = min(candidates, key=lambda c: c.fit.minus_2_log_evidence)
         residuals = residual_test(best.problem, best.fit)
+        if thorough:
+            residuals = replace(residuals, halves=split_half(best.problem, best.fit))
         first, *others = hypotheses([c.fit for c in candidates], self.keep_chi2, self._apart_m, residuals.overdispersion)
         return (replace(first, residuals=residuals), *others)
 

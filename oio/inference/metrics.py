@@ -13,10 +13,12 @@ COVERAGE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class ResidualTest:
-    """Whitened residuals of a fit: their mean square (1 is consistent), and their autocorrelation at lag one (0 is white)."""
+    """Whitened residuals of a fit: their mean square (1 is consistent), and their autocorrelation at lag one (0 is white); and by how much
+    two halves of the readings disagree on the source (squared Mahalanobis distance, chi-square with 3 degrees of freedom)."""
 
     mean_square: float
     autocorrelation: float
+    halves: float = 0.0  # the earlier against the later, or one side of the source against the other, whichever is larger
 
     @property
     def overdispersion(self) -> float:

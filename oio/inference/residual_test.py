@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oio.core.records import Array
 from oio.gas.fluctuation import Fluctuation
@@ -11,7 +12,7 @@ from oio.gas.whitening import whiten
 from oio.inference.forward_model import Problem
 from oio.inference.likelihoods import minus_2_log_likelihoods
 from oio.inference.map_fit import Fit, solve
-from oio.inference.metrics import ResidualTest
+from oio.inference.metrics import ResidualTest, nees
 
 RAISED = (1.0, 1.6, 2.7, 4.5, 7.5)  # factors by which the fluctuation may be larger than at calibration,
 DISCREPANCIES = (1.0, 2.0, 4.0)  # the model discrepancy,
@@ -31,6 +32,26 @@ def residual_test(problem: Problem, fit: Fit) -> ResidualTest:
     e = _whitened_residuals(problem, fit)
     square = float(np.mean(e * e))
     return ResidualTest(square, float(np.mean(e[1:] * e[:-1])) / max(square, 1e-300))
+
+
+def split_half(problem: Problem, fit: Fit) -> float:
+    """Refit two halves of the readings, by time and by place, and return the larger squared Mahalanobis distance of their sources.
+
+    By time: before and after the median of the readings in the nearer half. By place: on either side of the source, along the axis on
+    which the nearer half spreads most. The halves share their prior, so the distance is rather smaller than chi-square has it.
+    """
+    sniffs = problem.sniffs
+    away = problem.nose(fit.mean)[sniffs.at] - fit.source
+    r = np.linalg.norm(away, axis=1)
+    near = r <= np.median(r)
+    axis = np.linalg.svd(away[near] - np.mean(away[near], axis=0), full_matrices=False)[2][0]
+    by_time, by_place = sniffs.reading_t_s <= np.median(sniffs.reading_t_s[near]), away @ axis <= np.median((away @ axis)[near])
+    return max(_disagreement(problem, fit, half) for half in (by_time, by_place))
+
+
+def _disagreement(problem: Problem, fit: Fit, half: NDArray[np.bool_]) -> float:
+    one, other = (solve(replace(problem, sniffs=problem.sniffs.only(part)), fit.mean, fit.fluctuation) for part in (half, ~half))
+    return nees(one.source - other.source, one.source_cov + other.source_cov)
 
 
 def _whitened_residuals(problem: Problem, fit: Fit) -> Array:

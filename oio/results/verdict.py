@@ -21,6 +21,7 @@ class Limits:
     nis_low: float
     nis_high: float
     residuals_high: float  # overdispersion of the last map's whitened residuals
+    halves_high: float  # squared Mahalanobis distance of the sources by two halves of the readings
     baseline_effective: float  # effective sample size of an element's baseline
     bound_ratio: float  # source error over the Cramer-Rao bound
     narrowed: float  # posterior over prior standard deviation: a direction above it is unobservable
@@ -65,6 +66,11 @@ def _consistency(found: Findings, limits: Limits) -> list[str]:
             f"the residuals of the last map contradict its model: mean square {r.mean_square:.2f}, autocorrelation "
             f"{r.autocorrelation:.2f}, together {r.overdispersion:.2f}, up to {limits.residuals_high:g} is consistent. Calibrate in the "
             f"air that you search in."
+        )
+    if found.residuals is not None and found.residuals.halves > limits.halves_high:
+        reasons.append(
+            f"two halves of the search disagree on the source (squared Mahalanobis distance {found.residuals.halves:.1f}, up to "
+            f"{limits.halves_high:g} is chance): something changed, or lies to one side. Search again."
         )
     return reasons
 

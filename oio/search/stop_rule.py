@@ -18,15 +18,19 @@ class StopRule:
     sniff_radius_m: float  # the nose has sniffed within this of the believed source,
     min_sniffs: int  # so many times, with bouts,
     max_nis: float  # one hypothesis is left, and the mean NIS of the latest readings, those before the map included, is below this
+    max_halves: float  # two halves of the readings agree on the source: their squared Mahalanobis distance is below this
 
     def check(self) -> None:
         """Raise BadInput for a threshold out of range."""
-        in_range(self, sd_m=(1e-5, 10), sniff_radius_m=(1e-3, 10), min_sniffs=(1, 1000), max_nis=(1, 1e6))
+        in_range(self, sd_m=(1e-5, 10), sniff_radius_m=(1e-3, 10), min_sniffs=(1, 1000), max_nis=(1, 1e6), max_halves=(1, 1e6))
 
     def may_declare(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
         """Return whether the source may be declared after these moves."""
         source = odometry.source()
         if source is None or odometry.belief is None or len(odometry.hypotheses) > 1 or not odometry.verified(self.max_nis):
+            return False
+        residuals = odometry.hypotheses[0].residuals if odometry.hypotheses else None
+        if residuals is not None and residuals.halves >= self.max_halves:
             return False
         model = odometry.model
         noses = model.arm.nose(np.array([move.q for move in moves]) - odometry.belief.mean[model.at["o"]])

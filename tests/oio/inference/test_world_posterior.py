@@ -11,7 +11,7 @@ from oio.inference.alternatives import extend
 from oio.inference.law_extension import LawExtension
 from oio.inference.map_fit import CALIBRATED, solve
 from oio.inference.metrics import ResidualTest
-from oio.inference.residual_test import Candidate, residual_test, with_raised_noise
+from oio.inference.residual_test import Candidate, residual_test, split_half, with_raised_noise
 from oio.inference.world_posterior import (
     distinct,
     either_source,
@@ -147,6 +147,23 @@ def test_residuals_of_its_own_world_are_white_and_of_another_are_not(lab):
     stepped = replace(problem, sniffs=replace(problem.sniffs, ppm=problem.sniffs.ppm * np.where(problem.sniffs.at % 200 < 100, 1.0, 2.5)))
     other = residual_test(stepped, solve(stepped, theta, made.model.fluctuation))
     assert other.mean_square > 2.0 * own.mean_square and other.overdispersion > 2.0
+
+
+def test_halves_agree_in_one_world_and_not_where_it_changed(lab):
+    """In each of the changed ones, half of the readings, in time or on one side, are of a source that lies 8 cm to one side."""
+    same, changed = [], []
+    for seed in range(300, 306):
+        made = lab(3, 1, seed=seed)
+        theta, moved = (theta := made.theta()), np.array(theta)
+        moved[1] -= 0.08 * np.sign(theta[1])
+        problem, noise = made.problem(theta, poses=60), made.model.fluctuation
+        sniffs, elsewhere, away = problem.sniffs, problem.expect(moved) - problem.expect(theta), problem.nose(theta) - theta[:3]
+        same.append(split_half(problem, solve(problem, theta, noise)))
+        halves = (sniffs.reading_t_s > np.median(sniffs.reading_t_s), away[sniffs.at, 1] > 0.0, away[sniffs.at, 0] > 0.0)
+        mixed = [replace(problem, sniffs=replace(sniffs, ppm=sniffs.ppm + half * elsewhere)) for half in halves]
+        changed.append([split_half(each, solve(each, theta, noise)) for each in mixed])
+    assert max(same) < 8.0
+    assert np.all(np.median(changed, axis=0) > 8.0) and np.all(np.max(changed, axis=0) > 16.3)
 
 
 def test_overdispersion_is_never_below_one():

@@ -10,7 +10,9 @@ from oio.inference.metrics import ResidualTest
 from oio.results.summary import Outcome
 from oio.results.verdict import Findings, Limits, judge, score
 
-LIMITS = Limits(nees_fail=16.3, nis_low=0.5, nis_high=2.0, residuals_high=2.0, baseline_effective=1.5, bound_ratio=4.0, narrowed=0.7)
+LIMITS = Limits(
+    nees_fail=16.3, nis_low=0.5, nis_high=2.0, residuals_high=2.0, halves_high=16.3, baseline_effective=1.5, bound_ratio=4.0, narrowed=0.7,
+)  # fmt: skip
 FOUND = Findings(
     declared=True, moves=8, nis_mean=1.0, residuals=ResidualTest(0.9, 0.1), world=CALIBRATED, hypotheses=1, baseline_effective=3.0, dof=5,
     unseen=(),
@@ -38,6 +40,7 @@ def test_no_truth_enters_the_verdict():
         ({"nis_mean": 3.0}, "FAIL", "mean NIS is 3.00, up to 2 is consistent"),
         ({"residuals": ResidualTest(2.5, 0.0)}, "FAIL", "mean square 2.50"),
         ({"residuals": ResidualTest(0.9, 0.6)}, "FAIL", "autocorrelation 0.60, together 3.60"),
+        ({"residuals": ResidualTest(0.9, 0.1, 20.0)}, "FAIL", "two halves of the search disagree on the source"),
     ],
 )
 def test_what_is_out_of_its_limit_is_named(worse, word, says):

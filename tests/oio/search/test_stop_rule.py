@@ -9,10 +9,11 @@ from oio.core.errors import BadInput
 from oio.core.records import Belief
 from oio.estimators.odometry import Odometry
 from oio.inference.map_fit import Fit
+from oio.inference.metrics import ResidualTest
 from oio.search.stop_rule import StopRule
 from oio.search.view import Move
 
-RULE = StopRule(sd_m=0.012, sniff_radius_m=0.08, min_sniffs=3, max_nis=3.0)
+RULE = StopRule(sd_m=0.012, sniff_radius_m=0.08, min_sniffs=3, max_nis=3.0, max_halves=16.3)
 LESS, MORE = 1.0 - 1e-9, 1.0 + 1e-9
 
 
@@ -118,6 +119,13 @@ def test_a_surprised_filter_declares_nothing(search, nis, declared):
     assert surprised.may_declare() is declared
 
 
+@pytest.mark.parametrize(("halves", "declared"), [(0.0, True), (LESS * RULE.max_halves, True), (RULE.max_halves, False)])
+def test_halves_that_disagree_declare_nothing(search, halves, declared):
+    split = search()
+    split.odometry.hypotheses = (replace(split.fit, residuals=ResidualTest(1.0, 0.0, halves)),)
+    assert split.may_declare() is declared
+
+
 @pytest.mark.parametrize("change", [{"sd_m": 0.006 * LESS}, {"sniff_radius_m": 0.05 * LESS}, {"min_sniffs": 4}, {"max_nis": 1.0}])
 def test_every_condition_alone_can_forbid(search, change):
     """What is declared by the rule is not by one that is a little stricter anywhere (NIS may be 1 at least)."""
@@ -125,7 +133,8 @@ def test_every_condition_alone_can_forbid(search, change):
 
 
 @pytest.mark.parametrize(
-    ("key", "lowest", "highest"), [("sd_m", 1e-5, 10.0), ("sniff_radius_m", 1e-3, 10.0), ("min_sniffs", 1, 1000), ("max_nis", 1.0, 1e6)]
+    ("key", "lowest", "highest"),
+    [("sd_m", 1e-5, 10.0), ("sniff_radius_m", 1e-3, 10.0), ("min_sniffs", 1, 1000), ("max_nis", 1.0, 1e6), ("max_halves", 1.0, 1e6)],
 )
 def test_senseless_rules_are_refused(key, lowest, highest):
     for value in (lowest, highest):
