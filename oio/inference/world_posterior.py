@@ -17,6 +17,7 @@ ONE_SIDED_95 = 1.645
 EXTENT_M = 0.12  # two sources nearer than this may be one extended source
 MARGIN_M = 0.05  # by which a source may lie outside the workspace box of the nose
 EXTENDED = (WORLDS["line"], WORLDS["ring"])
+VAGUE_M = 0.015  # standard deviation of a source above which its shape does not show
 PRIOR_SDS = 3.0  # start values are moved to within so many prior standard deviations: fits that start farther off run out of steps
 
 
@@ -25,15 +26,20 @@ def fit_alternatives(
 ) -> list[list[Candidate]]:
     """Return the fits of every alternative world (or of the `chosen` names), from its own start values and from an earlier fit of it.
 
-    Lines and rings cost as much as all others together, and look like two sources, a wall or another wind: they are fitted if one of those
-    explains the readings better than the calibrated world does.
+    Lines and rings cost as much as all others together. While the source is vague, they are fitted only if one of the others, such as two
+    sources or a wall, explains the readings better than the calibrated world does.
     """
     earlier, worlds = {fit.world: fit for fit in reversed(tuple(before))}, list[list[Candidate]]()
     charged = -2.0 * float(np.log(settings.prior_odds))
     for name, make in settings.of(problem, best):
         if chosen is not None and name not in chosen:
             continue
-        if chosen is None and name in EXTENDED and all(_evidence(world) >= best.minus_2_log_evidence for world in worlds if world):
+        if (
+            chosen is None
+            and name in EXTENDED
+            and _is_vague(best)
+            and all(_evidence(world) >= best.minus_2_log_evidence for world in worlds if world)
+        ):
             continue
         alternative = make()
         starts = [*alternative.starts, *_start_of(alternative, earlier.get(alternative.name))]
@@ -42,6 +48,10 @@ def fit_alternatives(
         found = [Candidate(alternative.problem, stronger_first(fit)) for fit in named]
         worlds.append([c for c in found if plausible(c.problem, c.fit)])
     return [world for world in worlds if world]
+
+
+def _is_vague(fit: Fit) -> bool:
+    return float(np.sqrt(np.trace(fit.source_cov))) > VAGUE_M
 
 
 def _evidence(candidates: list[Candidate]) -> float:
