@@ -17,7 +17,7 @@ ONE_SIDED_95 = 1.645
 EXTENT_M = 0.12  # two sources nearer than this may be one extended source
 MARGIN_M = 0.05  # by which a source may lie outside the workspace box of the nose
 EXTENDED = (WORLDS["line"], WORLDS["ring"])
-VAGUE_M = 0.015  # standard deviation of a source above which its shape does not show
+VAGUE_M = 0.03  # standard deviation of a source above which its shape does not show
 PRIOR_SDS = 3.0  # start values are moved to within so many prior standard deviations: fits that start farther off run out of steps
 
 
