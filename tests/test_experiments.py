@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from oio.bench.trial import experiment
+from oio.bench.trial import experiment, run_trial
 from oio.cli.seed_table import show_table_1
 from oio.cli.table_1 import Published, table_1
 from oio.core.folders import CONF
@@ -65,3 +65,14 @@ def test_table_1_stands_beside_the_papers(composed):
     assert table_1(CONF)["ndir"] == Published(51, 30)
     cfg = composed("+experiment=table_1")
     assert list(cfg.stage) == ["warm_up", "baseline", "calibrate_bouts", "map_beliefs", "assemble_qr"]
+
+
+def test_the_paper_to_the_letter_runs_end_to_end(composed):
+    """Its spheres, its Q and R, its filter and its bandit, none of ours; and whatever they believe is scored as every other."""
+    words = ("+experiment=paper_literal", "sensor=ndir", "air=steady", *SHORT[3:])
+    cfg = composed(*words)
+    kinds = [cfg[key]["_target_"].rsplit(".", 1)[1] for key in ("belief_map", "ekf", "search")]
+    assert kinds == ["SphereMap", "PaperEkf", "Bandit"] and cfg.assembly == "paper"
+    told = run_trial(words, 0)
+    assert told["calibrated"]["source_error_m"] is not None and told["calibrated"]["nees_source"] is not None
+    assert told["calibration"]["u_b_m"] > 0.0 and told["calibrated"]["world"] == "as calibrated"
