@@ -42,25 +42,30 @@ class SphereMap:
     def locate(self, sniffs: Sniffs, known: Prior, before: tuple[Fit, ...] = (), thorough: bool = True) -> tuple[Fit, ...]:
         """Return the vertex, or the centre of the workspace box, with its variance, while the spheres determine none."""
         centres, levels = self._measurements(sniffs, known)
-        mean, cov, exponent = np.array(known.mean), np.array(known.cov), float(known.mean[EXPONENT])
-        law, readings = known.model.law, len(sniffs.ppm)
         lagged_ppm = float(levels[-1]) if len(levels) else 0.0
         try:
-            if law.ln_strength is None:
-                point = vertex_unknown_strength(centres, levels ** (-1.0 / exponent))
-                r = np.maximum(np.linalg.norm(centres - point, axis=1), law.radius_m)
-                mean[LN_STRENGTH] = float(np.median(np.log(levels) + exponent * np.log(r / law.r_ref_m)))
-            else:
-                mean[LN_STRENGTH] = law.ln_strength
-            rssi = Rssi(1.0, law.r_ref_m, 10.0 * float(mean[LN_STRENGTH]) / np.log(10.0), exponent)
-            radii = rssi.range_m(rssi.of(levels))
-            point = vertex(centres, radii) if law.ln_strength is not None else point
-            misfit = np.linalg.norm(centres - point, axis=1) - radii
-            cov[SOURCE, :] = cov[:, SOURCE] = 0.0
-            mean[SOURCE], cov[SOURCE, SOURCE] = point, float(np.mean(misfit**2)) * np.eye(3)
-        except NotObservable:
-            pass
-        return (Fit(known.layout, mean, cov, 0.0, lagged_ppm, known.model.fluctuation, readings, law),)
+            mean, cov = self._vertex(centres, levels, known)
+        except NotObservable:  # too few spheres, or all in a plane: an answer all the same, and as wide as the box
+            mean, cov = known.mean, known.cov
+        return (Fit(known.layout, mean, cov, 0.0, lagged_ppm, known.model.fluctuation, len(sniffs.ppm), known.model.law),)
+
+    def _vertex(self, centres: Array, levels: Array, known: Prior) -> tuple[Array, Array]:
+        """theta (P,) and its covariance with the source at the vertex of spheres about (k, 3) m with levels (k,) ppm; raises
+        NotObservable."""
+        law, mean, cov, exponent = known.model.law, np.array(known.mean), np.array(known.cov), float(known.mean[EXPONENT])
+        if law.ln_strength is None:
+            point = vertex_unknown_strength(centres, levels ** (-1.0 / exponent))
+            r = np.maximum(np.linalg.norm(centres - point, axis=1), law.radius_m)
+            mean[LN_STRENGTH] = float(np.median(np.log(levels) + exponent * np.log(r / law.r_ref_m)))
+        else:
+            mean[LN_STRENGTH] = law.ln_strength
+        rssi = Rssi(1.0, law.r_ref_m, 10.0 * float(mean[LN_STRENGTH]) / np.log(10.0), exponent)
+        radii = rssi.range_m(rssi.of(levels))
+        point = vertex(centres, radii) if law.ln_strength is not None else point
+        misfit = np.linalg.norm(centres - point, axis=1) - radii
+        cov[SOURCE, :] = cov[:, SOURCE] = 0.0
+        mean[SOURCE], cov[SOURCE, SOURCE] = point, float(np.mean(misfit**2)) * np.eye(3)
+        return mean, cov
 
     def _measurements(self, sniffs: Sniffs, known: Prior) -> tuple[Array, Array]:
         """Nose (k, 3) m and concentration (k,) ppm of every rest of the arm: the last third of its readings, after the lag."""

@@ -47,7 +47,7 @@ def test_rows_are_central_differences(lab, dof, elements, kind):
         step = np.zeros(problem.layout.size)
         step[j] = h = 1e-9 if j in drift else 1e-6
         numeric = (problem.predict(whole + step).ppm - problem.predict(whole - step).ppm) / (2 * h)
-        rough = 1e-2 if kind == RING else 1e-5  # that the eight points of a ring turn about its normal is neglected
+        rough = 1e-2 if kind == RING and n <= j < n + 3 else 1e-5  # that a ring's eight points turn about its normal is neglected
         np.testing.assert_allclose(rows[:, j], numeric, atol=rough * max(np.max(np.abs(numeric)), 1e-3), err_msg=str(j))
 
 
