@@ -65,7 +65,7 @@ def test_segments_are_as_far_apart_as_their_nearest_points(a, b, c, d):
     on_ab, on_cd = (p + shares[:, None] * (q - p) for p, q in ((a, b), (c, d)))
     nearest = float(np.min(np.linalg.norm(on_ab[:, None] - on_cd[None], axis=2)))
     step = max(np.linalg.norm(b - a), np.linalg.norm(d - c)) / 40
-    assert nearest - step <= segment_distance_m(a, b, c, d) <= nearest + 1e-9
+    assert nearest - step - 1e-12 <= segment_distance_m(a, b, c, d) <= nearest + 1e-9
 
 
 def test_a_link_between_source_and_nose_casts_a_shadow_and_the_last_one_does_not():
