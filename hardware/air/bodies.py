@@ -85,9 +85,12 @@ class Box:
 def shadow(source_m: Array, p_m: Array, joints_m: Array, radius_m: float, transmits: float) -> float:
     """Share of the gas that passes the arm's links, capsules of `radius_m` between `joints_m` (j, 3) m, from the source to (3,) m.
 
-    The last link carries the nose, which would always lie in its own shadow: it does not count.
+    The last link carries the nose, which would always lie in its own shadow: it ends two radii before it.
     """
-    for a, b in itertools.pairwise(joints_m[:-1]):
+    joints_m = np.array(joints_m)
+    last = joints_m[-1] - joints_m[-2]
+    joints_m[-1] -= last * min(2.0 * radius_m / max(float(np.linalg.norm(last)), 1e-9), 1.0)
+    for a, b in itertools.pairwise(joints_m):
         if segment_distance_m(source_m, p_m, a, b) < radius_m:
             return transmits
     return 1.0

@@ -68,9 +68,10 @@ def test_segments_are_as_far_apart_as_their_nearest_points(a, b, c, d):
     assert nearest - step - 1e-12 <= segment_distance_m(a, b, c, d) <= nearest + 1e-9
 
 
-def test_a_link_between_source_and_nose_casts_a_shadow_and_the_last_one_does_not():
+def test_a_link_between_source_and_nose_casts_a_shadow_and_the_last_one_on_what_is_behind_the_nose():
     nose = SOURCE - 0.2 * X
     joints = np.array([[0.2, -0.3, 0.2], [0.2, 0.3, 0.2], [0.0, 0.3, 0.2], nose])
     assert shadow(SOURCE, nose, joints, 0.02, 0.3) == 0.3
     assert shadow(SOURCE, nose, joints[1:], 0.02, 0.3) == 1.0
     assert shadow(SOURCE, nose, joints + np.array([0.0, 0.0, 0.05]), 0.02, 0.3) == 1.0
+    assert shadow(nose + 0.2 * np.array([0.0, 1.0, 0.3]), nose, joints[1:], 0.02, 0.3) == 0.3  # the source is behind the wrist
