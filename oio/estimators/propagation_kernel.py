@@ -10,7 +10,7 @@ from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, concentration
-from oio.gas.second_source import add_second_source
+from oio.gas.source_shape import MOST, against_nose, field_of_shape
 from oio.inference.step_constants import GasConstants
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
 
@@ -37,20 +37,19 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas:
 def _field_at_nose(x: Array, p: Array, jac: Array, dt: float, dq: Array, gas: GasConstants) -> tuple[Array, Array, Array, Array]:
     """Mean concentration (k,) at noses p (k, 3), its relative gradients by the law (k, LAW) and by minus the nose (k, 3), and the lag and
     fluctuation terms (k, 6)."""
-    r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, rest_speed_rad_s, second = gas
+    r_ref, radius, rise, fall, gamma, t_ref, nose_jitter, discrepancy, rest_speed_rad_s, shape = gas
     k, n = x.shape[0], len(dq)
-    c, grad, by_nose, more = np.empty(k), np.empty((k, LAW)), np.empty((k, 3)), np.empty(LAW)
+    c, grad, by_nose, by_shape = np.empty(k), np.empty((k, LAW)), np.empty((k, 3)), np.empty(MOST)
     tau, t, amplitude = np.empty(k), np.empty(k), np.empty(k)
     for i in range(k):
         theta = x[i, 3 * n : 3 * n + LAW]
         c_i, grad_i, r_i, rarity_i = concentration(p[i : i + 1], theta, r_ref, radius)
         c[i], grad[i], r, rarity = c_i[0], grad_i[0], r_i[0], rarity_i[0]
-        if second.kind:
-            place, field = (p[i, 0], p[i, 1], p[i, 2]), (c[i], r, rarity)
-            c[i], r, rarity, share = add_second_source(place, theta, second, (r_ref, radius), field, grad[i], more)
-            by_nose[i] = grad[i, :3] + (1.0 - share) * more[:3]
-        else:
-            by_nose[i] = grad[i, :3]
+        if shape.kind:
+            place, first = (p[i, 0], p[i, 1], p[i, 2]), (c[i], r, rarity)
+            c[i], r, rarity = field_of_shape(place, theta, shape, (r_ref, radius), first, grad[i], by_shape)
+        for a in range(3):
+            by_nose[i, a] = against_nose(shape.kind, grad[i], by_shape, a)
         speed2 = 0.0
         for a in range(3):
             velocity = 0.0

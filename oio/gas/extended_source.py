@@ -6,7 +6,6 @@ from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.range_law import LAW, LN_STRENGTH, SX, SZ, concentration_at
 
-LINE, RING = 3, 4  # kinds, after those of `oio.gas.second_source`
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 ARCS = 8
 SIN, COS = np.sin(2.0 * np.pi * np.arange(ARCS) / ARCS), np.cos(2.0 * np.pi * np.arange(ARCS) / ARCS)
@@ -15,10 +14,10 @@ LEAST_M = 1e-6  # a ring of no radius has no normal
 
 @compiled
 def extended_source(
-    p: tuple[float, float, float], theta: Array, half: tuple[float, float, float], kind: int, scale: tuple[float, float], grad: Array,
+    d: tuple[float, float, float], theta: Array, half: tuple[float, float, float], ring: bool, scale: tuple[float, float], grad: Array,
     by_half: Array,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """c, r and rarity at p of a source about theta's; writes the derivatives of ln c by the law to `grad` (LAW,) and by `half` to
+    """c, r and rarity at d from the centre of the source; writes the derivatives of ln c by the law to `grad` (LAW,) and by `half` to
     `by_half` (3,).
 
     `half`: from the centre of a line to its end [m], or a ring's normal times its radius [m]. The ring's points at e, unit vectors normal
@@ -27,14 +26,14 @@ def extended_source(
     own, place = np.empty(LAW), np.empty(3)
     one, two, size = np.zeros(3), np.zeros(3), np.sqrt(half[0] ** 2 + half[1] ** 2 + half[2] ** 2) + LEAST_M
     points = len(NODES)
-    if kind == RING:
+    if ring:
         points = ARCS
         _plane(half, one, two)
     c = r = rarity = 0.0
     grad[:LAW] = 0.0
     by_half[:3] = 0.0
     for i in range(points):
-        if kind == RING:
+        if ring:
             for a in range(3):
                 place[a] = COS[i] * one[a] + SIN[i] * two[a]
             reach, weight = size, 1.0 / ARCS
@@ -42,17 +41,13 @@ def extended_source(
             for a in range(3):
                 place[a] = half[a]
             reach, weight = NODES[i], 0.5 * WEIGHTS[i]
-        dx, dy, dz = (
-            p[0] - theta[SX] - reach * place[0],
-            p[1] - theta[SX + 1] - reach * place[1],
-            p[2] - theta[SZ] - reach * place[2],
-        )
+        dx, dy, dz = d[0] - reach * place[0], d[1] - reach * place[1], d[2] - reach * place[2]
         c_i, r_i, rarity_i = concentration_at(dx, dy, dz, theta, scale[0], scale[1], own)
         share = weight * c_i
         c, r, rarity = c + share, r + share * r_i, rarity + share * rarity_i
         for j in range(LAW):
             grad[j] += share * own[j]
-        if kind == RING:
+        if ring:
             outwards = own[SX] * place[0] + own[SX + 1] * place[1] + own[SZ] * place[2]
             upwards = (own[SX] * half[0] + own[SX + 1] * half[1] + own[SZ] * half[2]) / size
             for a in range(3):

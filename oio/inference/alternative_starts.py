@@ -4,8 +4,8 @@ squares."""
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.extended_source import LINE
 from oio.gas.range_law import LN_STRENGTH, SOURCE, WIND
+from oio.gas.source_shape import LINE
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit
 from oio.inference.sampling import halton
@@ -19,6 +19,7 @@ WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2  # distances of a wall from the 
 EXTENDED_STARTS = 2  # fits of a line, and of a ring
 DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3), [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
+RIGHT_ANGLES = [(i, j) for i in range(len(DIRECTIONS)) for j in range(i) if abs(DIRECTIONS[i] @ DIRECTIONS[j]) < 1e-9]
 HALF = [0, 1, 2, 10, 11, 12, 13]  # of them are not each other's opposite
 
 
@@ -54,12 +55,18 @@ def second_source_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
 
 def wall_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
     """Start values with a wall: the best by least squares of some directions and distances, for the source as fitted and nearer to us."""
+    feet = [distance * direction for direction in DIRECTIONS for distance in WALL_DISTANCES_M]
+    return _best_shapes(problem, best, [(best.source - back * foot, foot) for foot in feet for back in (0.0, 1.0)], WALL_STARTS)
+
+
+def corner_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
+    """Start values in a corner of two walls, at right angles: likewise."""
     shapes = []
-    for direction in DIRECTIONS:
-        for distance in WALL_DISTANCES_M:
-            for back in (0.0, 1.0):
-                source = best.source - back * distance * direction
-                shapes.append((source, [*(source + 2.0 * distance * direction), 0.0]))
+    for i, j in RIGHT_ANGLES:
+        for one in WALL_DISTANCES_M:
+            for two in WALL_DISTANCES_M:
+                feet = one * DIRECTIONS[i], two * DIRECTIONS[j]
+                shapes += [(best.source - back * (feet[0] + feet[1]), np.concatenate(feet)) for back in (0.0, 1.0)]
     return _best_shapes(problem, best, shapes, WALL_STARTS)
 
 
@@ -69,18 +76,18 @@ def extended_source_starts(problem: Problem, best: Fit, extent_m: float) -> tupl
     shapes = []
     for direction in DIRECTIONS[HALF]:
         half = 1.5 * extent_m * direction
-        if problem.extension.second_source == LINE:
+        if problem.extension.source == LINE:
             edges = [-half, half]
         else:
             one = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
             one *= np.linalg.norm(half) / np.linalg.norm(one)
             two = np.cross(direction, one)
             edges = [one, -one, two, -two]
-        shapes += [(best.source + edge, list(half)) for edge in (np.zeros(3), *edges)]
+        shapes += [(best.source + edge, half) for edge in (np.zeros(3), *edges)]
     return _best_shapes(problem, best, shapes, EXTENDED_STARTS)
 
 
-def _best_shapes(problem: Problem, best: Fit, shapes: list[tuple[Array, list[float]]], count: int) -> tuple[Array, ...]:
+def _best_shapes(problem: Problem, best: Fit, shapes: list[tuple[Array, Array]], count: int) -> tuple[Array, ...]:
     """The best theta by least squares, each at its best strength, of shapes: source (3,) m, and parameters of the extension."""
     n, candidates = best.layout.base, []
     base = np.concatenate([best.mean[:n], shapes[0][1]])

@@ -1,7 +1,7 @@
 """Alternative worlds: what may have changed since calibration, each a fit problem of its own, compared with the calibrated one by evidence.
 
 Calibration is a prior about the room as it was. Alternatives reopen the wind, the lag or the joints, let strength, wind or background
-change with time, add a second source, or extend the source to a line or ring. Their evidence is the marginal likelihood in Laplace's
+change with time, add a second source or walls, or extend the source to a line or ring. Their evidence is the marginal likelihood in Laplace's
 approximation (MacKay 2003, ch. 28), so that the volume of every additional prior is charged.
 """
 
@@ -14,10 +14,9 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
-from oio.gas.extended_source import LINE, RING
 from oio.gas.range_law import WIND
-from oio.gas.second_source import ANOTHER, MIRRORED
-from oio.inference.alternative_starts import extended_source_starts, second_source_starts, wall_starts, wind_starts
+from oio.gas.source_shape import CORNER, LINE, RING, TWO, WALL
+from oio.inference.alternative_starts import corner_starts, extended_source_starts, second_source_starts, wall_starts, wind_starts
 from oio.inference.forward_model import Problem
 from oio.inference.law_extension import Densities, LawExtension, random_walk_cov
 from oio.inference.map_fit import Fit
@@ -29,12 +28,12 @@ WORLDS = {  # keys of the configuration, and what verdicts say
     "background_changes": "a background that changes",
     "second_source": "a second source",
     "wall": "a wall",
+    "corner": "a corner of two walls",
     "lag": "another lag",
     "joints": "joints elsewhere",
     "line": "a source that is a line",
     "ring": "a source that is a ring",
 }
-WALL_STRENGTH_U = 0.05  # standard deviation of ln(strength of a mirror image over that of the source)
 
 
 @settings
@@ -48,6 +47,7 @@ class Alternatives:
     strength_sqrt_s: float
     background_sigmas_sqrt_s: float  # in standard deviations of a reading
     second_strength_u: float  # standard deviation of ln(strength of the second source / first)
+    wall_u_m: float  # of the foot of the source on a wall, on each axis, standard deviation
     lag_u: float  # standard deviation of ln(lag / lag at calibration)
     drift_factor: float  # encoder drift over the arm's
     offset_u_deg: float  # of a joint since calibration, standard uncertainty
@@ -62,7 +62,7 @@ class Alternatives:
             raise BadInput(f"{given}, but it can be {', '.join(WORLDS)}. Type e.g. belief_map.alternatives.worlds=[wind,second_source].")
         in_range(self, knot_s=(0.1, 1e6), most_knots=(1, 100), wind_per_m_sqrt_s=(0, 1e3), strength_sqrt_s=(0, 10))
         in_range(self, background_sigmas_sqrt_s=(0, 1e3), second_strength_u=(0.01, 10), prior_odds=(1e-9, 1e3))
-        in_range(self, lag_u=(1e-3, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1), inflation=(1, 100))
+        in_range(self, lag_u=(1e-3, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1), wall_u_m=(1e-3, 1), inflation=(1, 100))
 
     @property
     def none(self) -> "Alternatives":
@@ -78,25 +78,32 @@ class Alternatives:
             "background_changes": lambda name: self._walk(name, problem, best, "background"),
             "second_source": lambda name: self._second_source(name, problem, best),
             "wall": lambda name: self._wall(name, problem, best),
+            "corner": lambda name: self._corner(name, problem, best),
             "lag": lambda name: self._lag(name, problem, best),
             "joints": lambda name: self._joints(name, problem, best),
-            "line": lambda name: self._extended(name, problem, best, LINE),
-            "ring": lambda name: self._extended(name, problem, best, RING),
+            "line": lambda name: self._line_or_ring(name, problem, best, LINE),
+            "ring": lambda name: self._line_or_ring(name, problem, best, RING),
         }
         for key in self.worlds:
             yield WORLDS[key], partial(makers[key], WORLDS[key])
 
     def _second_source(self, name: str, problem: Problem, best: Fit) -> "Alternative":
-        extended = self._with_second_source(problem, ANOTHER, self.second_strength_u)
-        return Alternative(name, extended, second_source_starts(problem, best))
+        low, high = np.array(problem.arm.box_low_m), np.array(problem.arm.box_high_m)
+        extended = of_shape(problem, TWO, np.diag([*(((high - low) / 2) ** 2 / 3.0), self.second_strength_u**2]))
+        mean = np.array(extended.mean)
+        mean[problem.layout.size :] = [*((low + high) / 2), 0.0]
+        return Alternative(name, replace(extended, mean=mean), second_source_starts(problem, best))
 
     def _wall(self, name: str, problem: Problem, best: Fit) -> "Alternative":
-        extended = self._with_second_source(problem, MIRRORED, WALL_STRENGTH_U)
-        return Alternative(name, extended, wall_starts(extended, best))
+        walled = of_shape(problem, WALL, self.wall_u_m**2 * np.eye(3))
+        return Alternative(name, walled, wall_starts(walled, best))
 
-    def _extended(self, name: str, problem: Problem, best: Fit, kind: int) -> "Alternative":
-        extension = LawExtension(second_source=kind)
-        extended = extend(problem, extension, [(extension.second, self.extent_u_m**2 * np.eye(3))])
+    def _corner(self, name: str, problem: Problem, best: Fit) -> "Alternative":
+        walled = of_shape(problem, CORNER, self.wall_u_m**2 * np.eye(6))
+        return Alternative(name, walled, corner_starts(walled, best))
+
+    def _line_or_ring(self, name: str, problem: Problem, best: Fit, kind: int) -> "Alternative":
+        extended = of_shape(problem, kind, self.extent_u_m**2 * np.eye(3))
         return Alternative(name, extended, extended_source_starts(extended, best, self.extent_u_m))
 
     def _lag(self, name: str, problem: Problem, best: Fit) -> "Alternative":
@@ -135,15 +142,6 @@ class Alternatives:
         extended = extend(problem, extension, [(range(extension.size), cov)])
         return Alternative(name, extended, (np.concatenate([best.mean, np.zeros(extension.size)]),))
 
-    def _with_second_source(self, problem: Problem, kind: int, strength_u: float) -> Problem:
-        low, high = np.array(problem.arm.box_low_m), np.array(problem.arm.box_high_m)
-        extension = LawExtension(second_source=kind)
-        cov = np.diag([*(((high - low) / 2) ** 2 / 3.0), strength_u**2])
-        extended = extend(problem, extension, [(extension.second, cov)])
-        mean = np.array(extended.mean)
-        mean[problem.layout.size :] = [*((low + high) / 2), 0.0]
-        return replace(extended, mean=mean)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alternative:
@@ -163,6 +161,12 @@ def extend(problem: Problem, extension: LawExtension, blocks: list[tuple[range, 
         at = n + np.array(indices)
         cov[np.ix_(at, at)] = block
     return replace(problem, mean=mean, cov=cov, extension=extension)
+
+
+def of_shape(problem: Problem, kind: int, cov: Array) -> Problem:
+    """Return the problem with a source of another kind of shape, whose parameters have the prior N(0, cov)."""
+    extension = LawExtension(kind)
+    return extend(problem, extension, [(extension.shape, cov)])
 
 
 def reopen_wind(problem: Problem) -> Problem:

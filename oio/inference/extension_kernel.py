@@ -1,12 +1,11 @@
-"""Compiled extension of the range law (see `oio.inference.law_extension`): the law at a time, and its field with a second source."""
+"""Compiled extension of the range law (see `oio.inference.law_extension`): the law at a time, and its field with the shape of the source."""
 
 from typing import NamedTuple
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.extended_source import LINE
 from oio.gas.range_law import KX, LAW, LN_STRENGTH
-from oio.gas.second_source import PARAMETERS, add_second_source
+from oio.gas.source_shape import MOST, PARAMETERS, field_of_shape
 
 
 class LawScale(NamedTuple):
@@ -17,15 +16,14 @@ class LawScale(NamedTuple):
 
 
 class Knots(NamedTuple):
-    """Extension of the law: a second source or none, the knots [s] of what changes with time, piecewise linear between them, and whether
+    """Extension of the law: the shape of the source, the knots [s] of what changes with time, piecewise linear between them, and whether
     the encoders drift anew.
 
-    Parameters are the second source (3) m and its ln strength over the first's, or the half extent (3) m of an extended source; then the
-    changes at all knots but the first, of ln strength and wind (3 each); the additional drift (n) rad/s^2 of the joints, from the first
-    point of the path on; the background.
+    Parameters are those of the shape; then the changes at all knots but the first, of ln strength and wind (3 each); the additional drift
+    (n) rad/s^2 of the joints, from the first point of the path on; the background.
     """
 
-    second_source: int  # see `oio.gas.second_source`
+    source: int  # kind of its shape, see `oio.gas.source_shape`
     strength_s: Array
     wind_s: Array
     background_s: Array
@@ -36,7 +34,7 @@ class Knots(NamedTuple):
 def parameters_of_law(knots: Knots) -> int:
     """Number of parameters that change the law of the field; those of joints and background follow them."""
     walks = max(len(knots.strength_s) - 1, 0) + 3 * max(len(knots.wind_s) - 1, 0)
-    return int(PARAMETERS[knots.second_source]) + walks
+    return int(PARAMETERS[knots.source]) + walks
 
 
 @compiled
@@ -59,7 +57,7 @@ def law_at(theta: Array, knots: Knots, size: int, t: float, law: Array) -> None:
     """Fill law (LAW,) with the parameters of the range law at time t; the extension's begin at `size` in theta (P,)."""
     for j in range(LAW):
         law[j] = theta[j]
-    at = size + PARAMETERS[knots.second_source]
+    at = size + PARAMETERS[knots.source]
     if len(knots.strength_s) > 1:
         for j, weight in knot_weights(knots.strength_s, t):
             law[LN_STRENGTH] += weight * theta[at + j]
@@ -75,23 +73,22 @@ def extended_field(
     theta: Array, knots: Knots, size: int, t: float, place: tuple[float, float, float], law: Array, scale: LawScale,
     field: tuple[float, float, float], grad: Array, row: Array, more: Array,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """c, r and rarity with the second source; fills the row with the derivatives of ln c by the extension.
+    """c, r and rarity with the shape of the source; fills the row with the derivatives of ln c by the extension.
 
-    `field`, `grad` (LAW,): c, r, rarity and derivative of the first source alone; `grad` becomes that of both.
+    `field`, `grad` (LAW,): c, r, rarity and derivative of a point; `grad` becomes that of the shape.
     """
     c, r, rarity = field
     row[:] = 0.0
     at = 0
-    if knots.second_source:
-        extended = knots.second_source >= LINE
-        ln_ratio = 0.0 if extended else theta[size + 3]
-        second = (theta[size], theta[size + 1], theta[size + 2], ln_ratio, knots.second_source)
-        c, r, rarity, share = add_second_source(place, law, second, (scale.r_ref_m, scale.radius_m), field, grad, more)
-        for a in range(3):
-            row[a] = more[a] if extended else (1.0 - share) * more[a]
-        if not extended:
-            row[3] = 1.0 - share
-        at = PARAMETERS[knots.second_source]
+    if knots.source:
+        at = PARAMETERS[knots.source]
+        more[:MOST] = 0.0
+        for j in range(at):
+            more[j] = theta[size + j]
+        shape = (knots.source, (more[0], more[1], more[2], more[3], more[4], more[5]))
+        c, r, rarity = field_of_shape(place, law, shape, (scale.r_ref_m, scale.radius_m), field, grad, more)
+        for j in range(at):
+            row[j] = more[j]
     if len(knots.strength_s) > 1:
         for j, weight in knot_weights(knots.strength_s, t):
             row[at + j] += weight

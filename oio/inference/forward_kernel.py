@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.extended_source import LINE
 from oio.gas.range_law import LAW, SX, SY, SZ, concentration_at
+from oio.gas.source_shape import against_nose
 from oio.inference.extension_kernel import Knots, LawScale, extended_field, knot_weights, law_at, parameters_of_law
 from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
 
@@ -144,8 +144,8 @@ def _field_along_path(
                 along[0, i], along[2, i], along[1, i] = extended_field(
                     theta, knots, base, t[i], (x, y, z), at_t, law, field, row, row[LAW + n :], more
                 )
-                for a in range(3):  # of both sources: the nose moves against either
-                    gradient[a, b] = row[SX + a] + (row[LAW + n + a] if 0 < knots.second_source < LINE else 0.0)
+                for a in range(3):
+                    gradient[a, b] = against_nose(knots.source, row, row[LAW + n :], a)
             along[3, i] = np.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2) / max(dt, 1e-9)
             along[4, i] = dt
             x0, y0, z0 = x, y, z

@@ -1,4 +1,4 @@
-"""Extension of the range law to worlds that calibration did not see: a second source, strength, wind or background that change, and
+"""Extension of the range law to worlds that calibration did not see: a source of another shape, strength, wind or background that change, and
 encoders that drift otherwise.
 
 What changes is piecewise linear between knots, with the prior of a random walk (Wiener process) from the first knot on, whose density is
@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.second_source import ALONE, PARAMETERS
+from oio.gas.source_shape import PARAMETERS, POINT
 from oio.inference.extension_kernel import Knots
 
 
@@ -26,10 +26,10 @@ class Densities:
 
 @dataclass(frozen=True)
 class LawExtension:
-    """Extension: a second source or none, knots [s] of the random walks, their densities, and how many joints drift otherwise from
+    """Extension: kind of the source's shape, knots [s] of the random walks, their densities, and how many joints drift otherwise from
     `begins_s`, the first reading, on (all, or none)."""
 
-    second_source: int = ALONE  # or ANOTHER, MIRRORED, LINE, RING
+    source: int = POINT  # or another kind of `oio.gas.source_shape`
     strength_s: tuple[float, ...] = ()
     wind_s: tuple[float, ...] = ()
     background_s: tuple[float, ...] = ()
@@ -40,7 +40,7 @@ class LawExtension:
     @cached_property
     def knots(self) -> Knots:
         """The extension for the compiled forward model."""
-        return Knots(self.second_source, np.array(self.strength_s), np.array(self.wind_s), np.array(self.background_s), self.joints)
+        return Knots(self.source, np.array(self.strength_s), np.array(self.wind_s), np.array(self.background_s), self.joints)
 
     @cached_property
     def size(self) -> int:
@@ -48,15 +48,14 @@ class LawExtension:
         return self.background.stop
 
     @property
-    def second(self) -> range:
-        """Indices, from the end of theta without the extension, of the second source and its ln strength over the first's, or of the half
-        extent of an extended one."""
-        return range(int(PARAMETERS[self.second_source]))
+    def shape(self) -> range:
+        """Indices, from the end of theta without the extension, of the parameters of the source's shape."""
+        return range(int(PARAMETERS[self.source]))
 
     @property
     def strength(self) -> range:
         """Indices of the changes of ln strength."""
-        return range(self.second.stop, self.second.stop + max(len(self.strength_s) - 1, 0))
+        return range(self.shape.stop, self.shape.stop + max(len(self.strength_s) - 1, 0))
 
     @property
     def wind(self) -> range:

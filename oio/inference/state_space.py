@@ -16,7 +16,7 @@ import numpy as np
 from oio.core.records import Array, Belief, GasReading, JointState, seconds
 from oio.gas.fluctuation import Fluctuation, lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
-from oio.gas.second_source import NO_SECOND_SOURCE, SecondSource, add_second_source
+from oio.gas.source_shape import MOST, POINT_SOURCE, SourceShape, against_nose, field_of_shape
 from oio.inference.map_fit import Fit
 from oio.inference.process_noise import ProcessNoise
 from oio.inference.step_constants import GasConstants, StepConstants
@@ -37,7 +37,7 @@ class StateSpace:
     fluctuation: Fluctuation
     sigma_ppm: float  # of one reading in clean air
     noise: Noise
-    second: SecondSource = NO_SECOND_SOURCE  # whose field adds to that of the source, if a map found one
+    shape: SourceShape = POINT_SOURCE  # of the source, as a map found it
 
     @property
     def elements(self) -> int:
@@ -107,19 +107,17 @@ class StateSpace:
                 transform[self.at[block], drift] = factor * np.eye(len(drift))
 
     def after(self, fit: Fit) -> "StateSpace":
-        """Return the model for the world that a fit assumes: gains and noise, its second source, and what may go on changing."""
-        second, density, extension = SecondSource(), fit.extension.densities, fit.extension
-        if extension.second_source:
-            parameters = [float(v) for v in fit.mean[fit.layout.base + np.array(extension.second)]]
-            x, y, z, ln_ratio = [*parameters, 0.0][:4]
-            second = SecondSource(x, y, z, ln_ratio, extension.second_source)
+        """Return the model for the world that a fit assumes: gains and noise, the shape of its source, and what may go on changing."""
+        shape, density, extension = POINT_SOURCE, fit.extension.densities, fit.extension
+        if extension.source:
+            shape = SourceShape.of(extension.source, fit.mean[fit.layout.base + np.array(extension.shape)])
         walks = replace(
             self.process_noise,
             strength_sqrt_s=max(self.process_noise.strength_sqrt_s, density.strength if extension.strength else 0.0),
             wind_per_m_sqrt_s=max(self.process_noise.wind_per_m_sqrt_s, density.wind if extension.wind else 0.0),
         )
         gain = tuple(float(g) for g in np.exp(fit.mean[fit.layout.gain]))
-        return replace(self, gain=gain, fluctuation=fit.fluctuation, law=fit.law, process_noise=walks, second=second)
+        return replace(self, gain=gain, fluctuation=fit.fluctuation, law=fit.law, process_noise=walks, shape=shape)
 
     def nose(self, belief: Belief, joints: JointState) -> tuple[Array, Array]:
         """Estimated nose position (3,) [m] and its covariance (3, 3) [m^2]."""
@@ -142,10 +140,10 @@ class StateSpace:
         p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midpoint: concentration is constant over a step
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
         by_nose = grad[0, SOURCE]
-        if self.second.kind:
-            scale, first, more = (self.law.r_ref_m, self.law.radius_m), (c[0], r[0], rarity[0]), np.empty(LAW)
-            c[0], r[0], rarity[0], share = add_second_source(tuple(p), x[s : s + LAW], self.second, scale, first, grad[0], more)
-            by_nose = grad[0, SOURCE] + (1.0 - share) * more[SOURCE]
+        if self.shape.kind:
+            scale, first, by_shape = (self.law.r_ref_m, self.law.radius_m), (c[0], r[0], rarity[0]), np.empty(MOST)
+            c[0], r[0], rarity[0] = field_of_shape(tuple(p), x[s : s + LAW], self.shape, scale, first, grad[0], by_shape)
+            by_nose = np.array([against_nose(self.shape.kind, grad[0], by_shape, a) for a in range(3)])
         field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + EXPONENT]))
         amplitude = c * fl.height(field)
         tau = np.array([self.rise_s if c[0] + amplitude[0] * x[m] > x[i] else self.fall_s])
@@ -193,7 +191,7 @@ class StateSpace:
         law, fl, per_step = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
         gas = GasConstants(
             law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_jitter_m, law.model_discrepancy,
-            self.process_noise.rest_speed_rad_s, self.second,
+            self.process_noise.rest_speed_rad_s, self.shape,
         )  # fmt: skip
         drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
         return StepConstants(gas, np.array([per_step, self.process_noise_diagonal(1.0) - per_step]), drift)

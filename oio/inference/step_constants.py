@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from oio.core.records import Array
-from oio.gas.second_source import NO_SECOND_SOURCE, SecondSource
+from oio.gas.source_shape import POINT_SOURCE, SourceShape
 
 
 class GasConstants(NamedTuple):
@@ -18,7 +18,7 @@ class GasConstants(NamedTuple):
     nose_jitter_m: float
     model_discrepancy: float
     rest_speed_rad_s: float
-    second: SecondSource = NO_SECOND_SOURCE
+    shape: SourceShape = POINT_SOURCE
 
 
 class StepConstants(NamedTuple):

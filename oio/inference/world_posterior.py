@@ -7,7 +7,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas.range_law import LN_STRENGTH, SOURCE
-from oio.gas.second_source import ANOTHER
+from oio.gas.source_shape import TWO
 from oio.inference.alternatives import WORLDS, Alternative, Alternatives
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit, solve
@@ -27,19 +27,14 @@ def fit_alternatives(
     """Return the fits of every alternative world (or of the `chosen` names), from its own start values and from an earlier fit of it.
 
     Lines and rings cost as much as all others together. While the source is vague, they are fitted only if one of the others, such as two
-    sources or a wall, explains the readings better than the calibrated world does.
+    sources or a wall, explains the readings better than the calibrated world does; a corner only if a wall does.
     """
     earlier, worlds = {fit.world: fit for fit in reversed(tuple(before))}, list[list[Candidate]]()
     charged = -2.0 * float(np.log(settings.prior_odds))
     for name, make in settings.of(problem, best):
         if chosen is not None and name not in chosen:
             continue
-        if (
-            chosen is None
-            and name in EXTENDED
-            and _is_vague(best)
-            and all(_evidence(world) >= best.minus_2_log_evidence for world in worlds if world)
-        ):
+        if chosen is None and not _is_called_for(name, settings, best, worlds):
             continue
         alternative = make()
         starts = [*alternative.starts, *_start_of(alternative, earlier.get(alternative.name))]
@@ -50,12 +45,13 @@ def fit_alternatives(
     return [world for world in worlds if world]
 
 
-def _is_vague(fit: Fit) -> bool:
-    return float(np.sqrt(np.trace(fit.source_cov))) > VAGUE_M
-
-
-def _evidence(candidates: list[Candidate]) -> float:
-    return min(c.fit.minus_2_log_evidence for c in candidates)
+def _is_called_for(name: str, settings: Alternatives, best: Fit, worlds: list[list[Candidate]]) -> bool:
+    """Whether a costly world is worth its fits, after those fitted so far."""
+    better = [c.fit.world for world in worlds for c in world if c.fit.minus_2_log_evidence < best.minus_2_log_evidence]
+    if name == WORLDS["corner"]:
+        return WORLDS["wall"] in better or "wall" not in settings.worlds
+    vague = float(np.sqrt(np.trace(best.source_cov))) > VAGUE_M
+    return name not in EXTENDED or not vague or bool(better)
 
 
 def as_alternative(fit: Fit, world: str, charged: float, inflation: float) -> Fit:
@@ -80,7 +76,7 @@ def _start_of(alternative: Alternative, earlier: Fit | None) -> list[Array]:
         return []
     start, n = np.array(alternative.starts[0]), earlier.layout.base
     start[:n] = earlier.mean[:n]
-    for i in alternative.problem.extension.second:
+    for i in alternative.problem.extension.shape:
         start[n + i] = earlier.mean[n + i]
     return [start]
 
@@ -95,7 +91,7 @@ def within_prior(problem: Problem, theta: Array) -> Array:
 
 def stronger_first(fit: Fit) -> Fit:
     """Return the fit with its two sources exchanged if the second is surely the stronger, or, while that is open, the better located."""
-    if fit.extension.second_source != ANOTHER:
+    if fit.extension.source != TWO:
         return fit
     n = fit.layout.base
     second = slice(n, n + 3)
@@ -127,7 +123,7 @@ def extended_source(fit: Fit) -> Fit:
     Two near points are also how an extended source looks, and its centre is anywhere between them: their second moment about the first,
     weighted by strength, is added.
     """
-    if fit.extension.second_source != ANOTHER:
+    if fit.extension.source != TWO:
         return fit
     n = fit.layout.base
     apart, weight = fit.mean[n : n + 3] - fit.source, 1.0 / (1.0 + float(np.exp(-fit.mean[n + 3])))
@@ -143,7 +139,7 @@ def either_source(fit: Fit) -> tuple[Fit, ...]:
 
     The exchanged one is charged the prior odds once more, so that a second source which the readings do not call for blocks nothing.
     """
-    if fit.extension.second_source != ANOTHER or _strength_excess(fit) > ONE_SIDED_95:
+    if fit.extension.source != TWO or _strength_excess(fit) > ONE_SIDED_95:
         return (fit,)
     return fit, replace(exchanged(fit), minus_2_log_evidence=fit.minus_2_log_evidence + fit.charged)
 

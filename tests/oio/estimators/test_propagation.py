@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from oio.core.records import Belief, JointState, nanoseconds
 from oio.estimators.gated_update import joseph
 from oio.estimators.propagation import LinearizedStep, add_process_noise, predict, propagate_mean
-from oio.gas.second_source import ALONE, ANOTHER, MIRRORED, SecondSource
+from oio.gas.source_shape import CORNER, LINE, PARAMETERS, POINT, TWO, WALL, SourceShape
 from oio.inference.uncertainty import Noise
 
 LADDER = [(1, 1), (2, 2), (3, 1), (5, 2)]
@@ -42,12 +42,12 @@ def drifting(model, drift=1e-3):
 
 
 @pytest.mark.parametrize(("dof", "elements"), LADDER)
-@given(seed=st.integers(0, 10**6), dt=st.floats(1e-3, 5.0), paper=st.booleans(), kind=st.sampled_from((ALONE, ANOTHER, MIRRORED)))
+@given(seed=st.integers(0, 10**6), dt=st.floats(1e-3, 5.0), paper=st.booleans(), kind=st.sampled_from((POINT, TWO, LINE, WALL, CORNER)))
 def test_a_compiled_step_is_the_models(lab, dof, elements, seed, dt, paper, kind):
     made, rng = lab(dof, elements, seed), np.random.default_rng(seed)
     noise = replace(Noise.nominal(), assembly="paper", source_q_m2=0.01) if paper else Noise.nominal()
-    second = SecondSource(0.35, -0.1, 0.2, -0.3, kind)
-    model, x, sensed = replace(drifting(made.model), noise=noise, second=second), state(made, rng), joints(made, rng, 7.0 + dt)
+    shape = SourceShape.of(kind, np.array([0.35, -0.1, 0.2, -0.3, 0.1, 0.2])[: PARAMETERS[kind]])
+    model, x, sensed = replace(drifting(made.model), noise=noise, shape=shape), state(made, rng), joints(made, rng, 7.0 + dt)
     cov, dt = covariance(model.size, rng), (nanoseconds(7.0 + dt) - nanoseconds(7.0)) / 1e9
     mean, f, q = model.transition(x, dt, sensed)
     after = predict(model, Belief(nanoseconds(7.0), x, cov), sensed)

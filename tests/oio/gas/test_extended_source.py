@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from oio.gas.extended_source import LINE, RING, extended_source
+from oio.gas.extended_source import extended_source
 from oio.gas.range_law import LAW, concentration_at
+from oio.gas.source_shape import LINE, RING
 
 THETA = np.array([0.3, 0.05, 0.2, np.log(30.0), 1.1, 4.0, -2.0, 1.0, 0.8])
 SCALE = (0.1, 0.01)
@@ -15,7 +16,7 @@ PLACES = ([0.42, 0.05, 0.2], [0.3, 0.2, 0.25], [0.2, -0.05, 0.3])
 
 def field(p, theta, half, kind):
     grad, by_half = np.empty(LAW), np.empty(LAW)
-    c, r, rarity = extended_source(tuple(p), theta, tuple(half), kind, SCALE, grad, by_half)
+    c, r, rarity = extended_source(tuple(np.asarray(p) - theta[:3]), theta, tuple(half), kind == RING, SCALE, grad, by_half)
     return c, r, rarity, grad, by_half[:3]
 
 

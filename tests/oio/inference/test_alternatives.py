@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from oio.core.errors import BadInput
-from oio.gas.extended_source import LINE, RING
-from oio.gas.second_source import ANOTHER
+from oio.gas.source_shape import CORNER, LINE, RING, TWO, WALL
 from oio.inference import belief_map
-from oio.inference.alternatives import WORLDS, extend
+from oio.inference.alternatives import WORLDS, extend, of_shape
 from oio.inference.law_extension import LawExtension
 from oio.inference.map_fit import CALIBRATED, solve
 
@@ -67,7 +66,7 @@ def test_a_second_source_is_found_and_the_stronger_is_the_answer(lab, maps):
     theta = made.theta()
     problem = made.problem(theta, poses=60)
     n, place = made.layout.size, np.array([0.30, -0.12, 0.15]) if theta[1] > 0 else np.array([0.30, 0.12, 0.15])
-    extended = extend(problem, LawExtension(ANOTHER), [(range(4), np.eye(4))])
+    extended = extend(problem, LawExtension(TWO), [(range(4), np.eye(4))])
     more = extended.expect(np.concatenate([theta, place, [-0.7]])) - problem.expect(theta)
     both = replace(problem.sniffs, ppm=problem.sniffs.ppm + more)
     best = maps.locate(both, made.known)[0]
@@ -86,8 +85,8 @@ def test_an_extended_source_is_found_with_its_shape(lab, maps, draw, kind, half,
     made = lab(5, 1, seed=seed)
     theta = made.theta()
     problem = made.problem(theta, poses=60, quiet=True)
-    extension = LawExtension(second_source=kind)
-    extended = extend(problem, extension, [(extension.second, 1e-2 * np.eye(3))])
+    extension = LawExtension(kind)
+    extended = extend(problem, extension, [(extension.shape, 1e-2 * np.eye(3))])
     expected = extended.predict(np.concatenate([theta, half]))
     noise = draw(expected.along, made.model.fluctuation, np.random.default_rng(seed))[0]
     sniffs = replace(problem.sniffs, ppm=expected.ppm + theta[made.layout.baseline][0] + noise)
@@ -96,6 +95,23 @@ def test_an_extended_source_is_found_with_its_shape(lab, maps, draw, kind, half,
     assert np.linalg.norm(best.source - theta[:3]) < 0.02
     found = best.mean[made.layout.size :]
     assert min(np.linalg.norm(found - half), np.linalg.norm(found + half)) < 0.025
+
+
+@pytest.mark.parametrize(
+    ("kind", "feet", "name"),
+    [(WALL, (0.03, 0.0, 0.0), "wall"), (CORNER, (0.05, 0.0, 0.0, 0.0, 0.05, 0.0), "corner")],
+)
+@pytest.mark.parametrize("seed", [104, 105])
+def test_walls_are_found_where_they_stand(lab, maps, draw, kind, feet, name, seed):
+    made = lab(5, 1, seed=seed)
+    theta = made.theta()
+    problem = made.problem(theta, poses=80, quiet=True)
+    expected = of_shape(problem, kind, np.eye(len(feet))).predict(np.concatenate([theta, feet]))
+    noise = draw(expected.along, made.model.fluctuation, np.random.default_rng(seed))[0]
+    sniffs = replace(problem.sniffs, ppm=expected.ppm + theta[made.layout.baseline][0] + noise)
+    best = maps.locate(sniffs, made.known)[0]
+    assert best.world == WORLDS[name]
+    assert np.linalg.norm(best.source - theta[:3]) < 0.02
 
 
 def test_another_lag_is_found(lab, maps):

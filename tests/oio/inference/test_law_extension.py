@@ -5,16 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.gas.extended_source import LINE, RING
-from oio.gas.second_source import ALONE, ANOTHER, MIRRORED
+from oio.gas.source_shape import CORNER, LINE, PARAMETERS, POINT, RING, TWO, WALL
 from oio.inference.alternatives import extend
 from oio.inference.law_extension import UNEXTENDED, LawExtension, random_walk_cov
 from oio.inference.map_fit import solve
 
-SECOND = [0.30, 0.15, 0.18, -0.4]
+SHAPES = {
+    POINT: [],
+    TWO: [0.30, 0.15, 0.18, -0.4],
+    LINE: [0.03, -0.02, 0.01],
+    RING: [0.01, -0.02, 0.03],
+    WALL: [0.45, 0.1, 0.0],  # no nose gets behind it,
+    CORNER: [0.45, 0.1, 0.0, 0.1, 0.0, 0.6],  # nor behind these
+}
 
 
-def extended(problem, kind=ANOTHER, knots=4, sd=0.2):
+def extended(problem, kind=TWO, knots=4, sd=0.2):
     """The problem with every extension at once, and a theta in it."""
     t = problem.sniffs.t_s
     at = tuple(np.linspace(t[0], t[-1], knots))
@@ -29,17 +35,15 @@ def silent_start(problem):
 
 
 @pytest.mark.parametrize(
-    ("dof", "elements", "kind"), [(3, 2, ANOTHER), (5, 1, ANOTHER), (3, 1, MIRRORED), (3, 2, ALONE), (3, 1, LINE), (5, 2, RING)]
+    ("dof", "elements", "kind"), [(3, 2, TWO), (5, 1, TWO), (3, 1, WALL), (3, 2, POINT), (3, 1, LINE), (5, 2, RING), (5, 1, CORNER)]
 )
 def test_rows_are_central_differences(lab, dof, elements, kind):
     made = lab(dof, elements, seed=70 + dof)
     theta = made.theta()
     problem = extended(silent_start(made.problem(theta)), kind)
     rng = np.random.default_rng(3)
-    shape = np.array({ALONE: [], LINE: [0.03, -0.02, 0.01], RING: [0.01, -0.02, 0.03]}.get(kind, SECOND))
+    shape = np.array(SHAPES[kind])
     whole = np.concatenate([theta, shape, 0.3 * rng.standard_normal(problem.extension.size - len(shape))])
-    if kind == MIRRORED:
-        whole[len(theta) : len(theta) + 3] = theta[:3] + np.array([0.9, 0.0, 0.0])  # no nose gets behind that wall
     drift = range(*(len(theta) + np.array([problem.extension.drift.start, problem.extension.drift.stop])))
     whole[drift] *= 1e-4
     rows, n = problem.predict(whole).rows, len(theta)
@@ -70,21 +74,23 @@ def test_a_second_source_adds_its_own_field(lab):
     both = extended(problem)
     zeros = np.zeros(both.extension.size - 4)
     alone, other = np.array(theta), np.array(theta)
-    other[:3], other[3] = SECOND[:3], theta[3] + SECOND[3]
+    other[:3], other[3] = SHAPES[TWO][:3], theta[3] + SHAPES[TWO][3]
     expected = problem.expect(alone) + problem.expect(other)
-    np.testing.assert_allclose(both.expect(np.concatenate([theta, SECOND, zeros])), expected, rtol=1e-9)
+    np.testing.assert_allclose(both.expect(np.concatenate([theta, SHAPES[TWO], zeros])), expected, rtol=1e-9)
 
 
-def test_behind_a_wall_there_is_next_to_nothing(lab):
+@pytest.mark.parametrize("kind", [WALL, CORNER])
+def test_behind_a_wall_there_is_next_to_nothing(lab, kind):
     made = lab(3, 1, seed=77)
     theta = made.theta()
     problem = silent_start(made.problem(theta))
-    walled = extended(problem, MIRRORED)
+    walled = extended(problem, kind)
     noses = problem.nose(theta)
     far = noses[np.argmax(np.linalg.norm(noses - theta[:3], axis=1))]
-    image = theta[:3] + 1.2 * (far - theta[:3])  # the wall stands at 0.6 of the way to the farthest sniff
-    whole = np.concatenate([theta, image, [0.0], np.zeros(walled.extension.size - 4)])
-    behind = np.linalg.norm(noses - image, axis=1) < np.linalg.norm(noses - theta[:3], axis=1)
+    foot = 0.6 * (far - theta[:3])  # the wall stands at 0.6 of the way to the farthest sniff
+    feet = np.concatenate([foot, 9.0 * np.cross(foot, [0.0, 0.0, 1.0])])[: PARAMETERS[kind]]
+    whole = np.concatenate([theta, feet, np.zeros(walled.extension.size - len(feet))])
+    behind = (noses - theta[:3] - foot) @ foot > 0.0
     c = walled.predict(whole).along.field.mean_ppm
     assert np.any(behind) and np.max(c[behind]) < 0.01 * np.min(c[~behind])
 
@@ -112,8 +118,8 @@ def test_a_random_walk_spreads_with_the_root_of_time():
 
 
 def test_the_blocks_follow_each_other():
-    extension = LawExtension(ANOTHER, (0.0, 1.0, 2.0), (0.0, 1.0), (0.0, 1.0, 2.0, 3.0))
-    blocks = [*extension.second, *extension.strength, *extension.wind, *extension.background]
+    extension = LawExtension(TWO, (0.0, 1.0, 2.0), (0.0, 1.0), (0.0, 1.0, 2.0, 3.0))
+    blocks = [*extension.shape, *extension.strength, *extension.wind, *extension.background]
     assert blocks == list(range(extension.size)) == list(range(4 + 2 + 3 + 3))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oio.core.records import GasReading, JointState, nanoseconds
-from oio.gas.second_source import ANOTHER, NO_SECOND_SOURCE, SecondSource
+from oio.gas.source_shape import POINT_SOURCE, TWO, SourceShape
 from oio.inference.law_extension import Densities, LawExtension
 from oio.inference.map_fit import Fit
 from oio.inference.uncertainty import Noise
@@ -36,10 +36,10 @@ def difference(f, x, size, h):
 
 @pytest.mark.parametrize(("dof", "elements"), [(1, 1), (3, 2), (5, 2)])
 @pytest.mark.parametrize("lagged_ppm", [0.5, 400.0])
-@pytest.mark.parametrize("second", [NO_SECOND_SOURCE, SecondSource(0.35, -0.1, 0.2, -0.3, ANOTHER)])
-def test_f_is_the_central_difference(lab, dof, elements, lagged_ppm, second):
+@pytest.mark.parametrize("shape", [POINT_SOURCE, SourceShape.of(TWO, np.array([0.35, -0.1, 0.2, -0.3]))])
+def test_f_is_the_central_difference(lab, dof, elements, lagged_ppm, shape):
     made = lab(dof, elements, seed=dof)
-    model, x, sensed = replace(made.model, second=second), state(made, lagged_ppm=lagged_ppm), joints(made)
+    model, x, sensed = replace(made.model, shape=shape), state(made, lagged_ppm=lagged_ppm), joints(made)
     numeric = difference(lambda y: model.transition(y, 0.3, sensed)[0], x, model.size, 1e-6)
     np.testing.assert_allclose(model.transition(x, 0.3, sensed)[1], numeric, rtol=1e-5, atol=1e-6)
 
@@ -219,9 +219,9 @@ def test_what_changed_begins_as_it_is_at_the_end(lab):
 def test_the_model_after_a_map_is_that_of_its_world(lab):
     made = lab(3, 1, seed=1)
     plain = made.model.after(fit_of(made, made.theta()))
-    assert plain.second == NO_SECOND_SOURCE and plain.process_noise == made.model.process_noise
-    fit, _ = extended_fit(made, LawExtension(ANOTHER), np.array([0.3, 0.1, 0.2, -0.4]))
-    assert made.model.after(fit).second == SecondSource(0.3, 0.1, 0.2, -0.4, ANOTHER)
+    assert plain.shape == POINT_SOURCE and plain.process_noise == made.model.process_noise
+    fit, _ = extended_fit(made, LawExtension(TWO), np.array([0.3, 0.1, 0.2, -0.4]))
+    assert made.model.after(fit).shape == SourceShape.of(TWO, np.array([0.3, 0.1, 0.2, -0.4]))
     walking, _ = extended_fit(made, LawExtension(strength_s=(0.0, 9.0), densities=Densities(0.1, 3.0, 0.2)), np.array([-0.2]))
     noise = made.model.after(walking).process_noise
     assert noise.strength_sqrt_s == 0.1 and noise.wind_per_m_sqrt_s == made.model.process_noise.wind_per_m_sqrt_s

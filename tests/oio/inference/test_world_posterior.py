@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oio.gas.second_source import ANOTHER
+from oio.gas.source_shape import TWO
 from oio.gas.whitening import whiten
 from oio.inference.alternatives import extend
 from oio.inference.law_extension import LawExtension
@@ -38,7 +38,7 @@ def fitted(lab):
 def with_second(fitted):
     """A fit with a second source: weaker by 0.4 +- 0.1 in ln."""
     problem, fit = fitted
-    more = extend(problem, LawExtension(ANOTHER), [(range(4), np.diag([0.01, 0.01, 0.01, 1.0]))])
+    more = extend(problem, LawExtension(TWO), [(range(4), np.diag([0.01, 0.01, 0.01, 1.0]))])
     n = problem.layout.size
     mean, cov = np.concatenate([fit.mean, fit.source + np.array([0.0, 0.1, 0.0]), [-0.4]]), np.zeros((n + 4, n + 4))
     cov[:n, :n], cov[n:, n:] = fit.cov, np.diag([4e-4, 4e-4, 4e-4, 0.01])
