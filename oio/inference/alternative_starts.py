@@ -5,7 +5,7 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas.range_law import LN_STRENGTH, SOURCE, WIND
-from oio.gas.source_shape import LINE
+from oio.gas.source_shape import LINE, WALL
 from oio.inference.forward_model import Problem
 from oio.inference.map_fit import Fit
 from oio.inference.sampling import halton
@@ -17,20 +17,21 @@ SECOND_STARTS = 2  # of which so many are fitted,
 SEPARATION_M = 0.06  # and they are this far from each other
 WALL_DISTANCES_M, WALL_STARTS = (0.03, 0.08), 2  # distances of a wall from the source that are tried, and how many are fitted
 EXTENDED_STARTS = 2  # fits of a line, and of a ring
-DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3), [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
+AXES = np.concatenate([np.eye(3), -np.eye(3)])
+DIRECTIONS = np.concatenate([AXES, [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]])
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
-RIGHT_ANGLES = [(i, j) for i in range(len(DIRECTIONS)) for j in range(i) if abs(DIRECTIONS[i] @ DIRECTIONS[j]) < 1e-9]
 HALF = [0, 1, 2, 10, 11, 12, 13]  # of them are not each other's opposite
 
 
 def wind_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
-    """Start values with a new wind: of the best fit's own and some directions, the best by least squares."""
+    """Start values with a new wind: the best fit's own, and the best of some directions by least squares."""
     decay = readings_without_source(problem, best.mean)
     z, weight = weighted_signal(problem, best.mean, best.fluctuation.gamma, decay)
     starts = [np.array(best.mean) for _ in range(WINDS + 1)]
     for start, angle in zip(starts[1:], 2.0 * np.pi * np.arange(WINDS) / WINDS, strict=True):
         start[WIND] = 1.3 * problem.law.wind_per_m_u * np.array([np.cos(angle), np.sin(angle), 0.0])
-    return tuple(sorted(starts, key=lambda theta: _at_best_strength(problem, theta, decay, z, weight)[0])[:WIND_STARTS])
+    new = sorted(starts[1:], key=lambda theta: _at_best_strength(problem, theta, decay, z, weight)[0])
+    return (starts[0], *new[: WIND_STARTS - 1])
 
 
 def second_source_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
@@ -59,15 +60,21 @@ def wall_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
     return _best_shapes(problem, best, [(best.source - back * foot, foot) for foot in feet for back in (0.0, 1.0)], WALL_STARTS)
 
 
-def corner_starts(problem: Problem, best: Fit) -> tuple[Array, ...]:
-    """Start values in a corner of two walls, at right angles: likewise."""
-    shapes = []
-    for i, j in RIGHT_ANGLES:
-        for one in WALL_DISTANCES_M:
-            for two in WALL_DISTANCES_M:
-                feet = one * DIRECTIONS[i], two * DIRECTIONS[j]
-                shapes += [(best.source - back * (feet[0] + feet[1]), np.concatenate(feet)) for back in (0.0, 1.0)]
-    return _best_shapes(problem, best, shapes, WALL_STARTS)
+def corner_starts(problem: Problem, walled: Fit) -> tuple[Array, ...]:
+    """Start values in a corner of two walls at right angles: the wall of a fit, or those of some directions if it has none, and another."""
+    n, shapes = walled.layout.base, list[tuple[Array, Array]]()
+    firsts = [walled.mean[n : n + 3]] if walled.extension.source == WALL else [WALL_DISTANCES_M[0] * axis for axis in AXES]
+    for first in firsts:
+        for second in (distance * across for across in _across(first) for distance in WALL_DISTANCES_M):
+            shapes += [(walled.source - back * second, np.concatenate([first, second])) for back in (0.0, 1.0)]
+    return _best_shapes(problem, walled, shapes, WALL_STARTS)
+
+
+def _across(direction: Array) -> Array:
+    """Eight unit vectors (8, 3) at right angles to a direction (3,)."""
+    _, _, axes = np.linalg.svd(direction[None, :])
+    angle = np.pi / 4.0 * np.arange(8)
+    return np.asarray(np.outer(np.cos(angle), axes[1]) + np.outer(np.sin(angle), axes[2]))
 
 
 def extended_source_starts(problem: Problem, best: Fit, extent_m: float) -> tuple[Array, ...]:

@@ -5,7 +5,7 @@ change with time, add a second source or walls, or extend the source to a line o
 approximation (MacKay 2003, ch. 28), so that the volume of every additional prior is charged.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -69,20 +69,20 @@ class Alternatives:
         """No alternatives."""
         return replace(self, worlds=())
 
-    def of(self, problem: Problem, best: Fit) -> Iterator[tuple[str, Callable[[], "Alternative"]]]:
-        """Yield the name of every alternative to the problem, whose best fit is given, and how it is made."""
+    def of(self, problem: Problem, best: Fit) -> Iterator[tuple[str, Callable[[Mapping[str, Fit]], "Alternative"]]]:
+        """Yield the name of every alternative to the problem, whose best fit is given, and how it is made from the fits of those before."""
         makers = {
-            "wind": lambda name: Alternative(name, reopen_wind(problem), wind_starts(problem, best)),
-            "wind_changes": lambda name: self._walk(name, reopen_wind(problem), best, "wind"),
-            "strength_changes": lambda name: self._walk(name, problem, best, "strength"),
-            "background_changes": lambda name: self._walk(name, problem, best, "background"),
-            "second_source": lambda name: self._second_source(name, problem, best),
-            "wall": lambda name: self._wall(name, problem, best),
-            "corner": lambda name: self._corner(name, problem, best),
-            "lag": lambda name: self._lag(name, problem, best),
-            "joints": lambda name: self._joints(name, problem, best),
-            "line": lambda name: self._line_or_ring(name, problem, best, LINE),
-            "ring": lambda name: self._line_or_ring(name, problem, best, RING),
+            "wind": lambda name, _: Alternative(name, reopen_wind(problem), wind_starts(problem, best)),
+            "wind_changes": lambda name, _: self._walk(name, reopen_wind(problem), best, "wind"),
+            "strength_changes": lambda name, _: self._walk(name, problem, best, "strength"),
+            "background_changes": lambda name, _: self._walk(name, problem, best, "background"),
+            "second_source": lambda name, _: self._second_source(name, problem, best),
+            "wall": lambda name, _: self._wall(name, problem, best),
+            "corner": lambda name, fitted: self._corner(name, problem, fitted.get(WORLDS["wall"], best)),
+            "lag": lambda name, _: self._lag(name, problem, best),
+            "joints": lambda name, _: self._joints(name, problem, best),
+            "line": lambda name, _: self._line_or_ring(name, problem, best, LINE),
+            "ring": lambda name, _: self._line_or_ring(name, problem, best, RING),
         }
         for key in self.worlds:
             yield WORLDS[key], partial(makers[key], WORLDS[key])
@@ -98,9 +98,9 @@ class Alternatives:
         walled = of_shape(problem, WALL, self.wall_u_m**2 * np.eye(3))
         return Alternative(name, walled, wall_starts(walled, best))
 
-    def _corner(self, name: str, problem: Problem, best: Fit) -> "Alternative":
+    def _corner(self, name: str, problem: Problem, walled_or_not: Fit) -> "Alternative":
         walled = of_shape(problem, CORNER, self.wall_u_m**2 * np.eye(6))
-        return Alternative(name, walled, corner_starts(walled, best))
+        return Alternative(name, walled, corner_starts(walled, walled_or_not))
 
     def _line_or_ring(self, name: str, problem: Problem, best: Fit, kind: int) -> "Alternative":
         extended = of_shape(problem, kind, self.extent_u_m**2 * np.eye(3))

@@ -1,6 +1,6 @@
 """Posterior over worlds: hypotheses of all fitted worlds compared by evidence, those of one place merged, those of others kept apart."""
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,25 +29,27 @@ def fit_alternatives(
     Lines and rings cost as much as all others together. While the source is vague, they are fitted only if one of the others, such as two
     sources or a wall, explains the readings better than the calibrated world does; a corner only if a wall does.
     """
-    earlier, worlds = {fit.world: fit for fit in reversed(tuple(before))}, list[list[Candidate]]()
+    earlier, worlds, fitted = {fit.world: fit for fit in reversed(tuple(before))}, list[list[Candidate]](), dict[str, Fit]()
     charged = -2.0 * float(np.log(settings.prior_odds))
     for name, make in settings.of(problem, best):
         if chosen is not None and name not in chosen:
             continue
-        if chosen is None and not _is_called_for(name, settings, best, worlds):
+        if chosen is None and not _is_called_for(name, settings, best, fitted):
             continue
-        alternative = make()
+        alternative = make(fitted)
         starts = [*alternative.starts, *_start_of(alternative, earlier.get(alternative.name))]
         fits = [solve(alternative.problem, within_prior(alternative.problem, start), best.fluctuation) for start in starts]
         named = [as_alternative(fit, alternative.name, charged, settings.inflation) for fit in fits]
         found = [Candidate(alternative.problem, stronger_first(fit)) for fit in named]
         worlds.append([c for c in found if plausible(c.problem, c.fit)])
+        if worlds[-1]:
+            fitted[name] = min((c.fit for c in worlds[-1]), key=lambda fit: fit.minus_2_log_evidence)
     return [world for world in worlds if world]
 
 
-def _is_called_for(name: str, settings: Alternatives, best: Fit, worlds: list[list[Candidate]]) -> bool:
+def _is_called_for(name: str, settings: Alternatives, best: Fit, fitted: Mapping[str, Fit]) -> bool:
     """Whether a costly world is worth its fits, after those fitted so far."""
-    better = [c.fit.world for world in worlds for c in world if c.fit.minus_2_log_evidence < best.minus_2_log_evidence]
+    better = [name for name, fit in fitted.items() if fit.minus_2_log_evidence < best.minus_2_log_evidence]
     if name == WORLDS["corner"]:
         return WORLDS["wall"] in better or "wall" not in settings.worlds
     vague = float(np.sqrt(np.trace(best.source_cov))) > VAGUE_M

@@ -29,7 +29,7 @@ def test_every_world_is_in_the_defaults_and_made(lab, maps):
     best = solve(problem, theta, made.model.fluctuation)
     assert set(maps.alternatives.worlds) == set(WORLDS)
     for name, make in maps.alternatives.of(problem, best):
-        alternative = make()
+        alternative = make({})
         assert alternative.name == name and alternative.starts
         for start in alternative.starts:
             assert start.shape == (alternative.problem.layout.size,) and np.all(np.isfinite(start))
