@@ -43,7 +43,7 @@ SUMMARY = IDENTITY | {
 }
 OUTCOME = {
     *("source_error_m", "nose_error_m", "nees_source", "inside_95", "nis_mean", "moves", "time_s", "found"),
-    *("final_nose_to_source_m", "believed_m", "sd_m", "filtered_error_m", "filtered_nees", "world"),
+    *("final_nose_to_source_m", "believed_m", "sd_m", "filtered_error_m", "filtered_nees", "world", "other_places"),
 }
 
 
@@ -211,6 +211,10 @@ def test_the_figures_are_of_their_kind(made):
         assert isinstance(outcome["inside_95"], bool) and isinstance(outcome["found"], bool)
         assert 1 <= outcome["moves"] <= 8 and 0 < outcome["time_s"] < summary["simulated_s"]
         assert outcome["nees_source"] >= 0 and outcome["nose_error_m"] > 0 and len(outcome["believed_m"]) == 3
+        for place in outcome["other_places"]:
+            assert set(place) == {"believed_m", "sd_m", "world", "nees_source"} and len(place["believed_m"]) == 3
+            assert place["sd_m"] > 0 and place["nees_source"] >= 0
+            assert np.linalg.norm(np.array(place["believed_m"]) - outcome["believed_m"]) > 0.02  # else it would be the same place
 
 
 def test_the_errors_are_those_of_the_believed_place(made):

@@ -21,7 +21,7 @@ class Row:
     median_mm: float
     p90_mm: float
     p95_mm: float
-    covered: float  # share of trials whose 95 % region holds the source
+    covered: float  # share of trials whose 95 % region holds the source, that of every place that is left
     covered_low: float
     covered_high: float
     anees: float  # average NEES / 3; 1 is consistent, more is overconfident
@@ -59,7 +59,7 @@ def _row(trials: list[Trial], paper: Published) -> Row:
     scores = [trial.score for trial in trials if trial.score is not None]
     n, median = len(scores), _quantile(scores, "error_mm", 0.5)
     cold, cold_open = _quantile(scores, "cold_error_mm", 0.5), _quantile(scores, "cold_open_error_mm", 0.5)
-    covered, declared = sum(s.inside_95 for s in scores), [s for s in scores if s.declared]
+    covered, declared = sum(s.in_region for s in scores), [s for s in scores if s.declared]
     false = sum(s.false for s in declared)
     covered_low, covered_high = wilson(covered, n) if n else (NAN, NAN)
     false_low, false_high = wilson(false, len(declared)) if declared else (NAN, NAN)

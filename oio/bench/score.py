@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from scipy.special import chdtri
 
+NEES_95 = float(chdtri(3, 0.05))  # end of the 95 % region of a position
 NEES_999 = float(chdtri(3, 1e-3))  # end of the 99.9 % region of a position
 
 
@@ -32,7 +33,8 @@ class Score:
 
     error_mm: float
     nees: float
-    inside_95: bool
+    inside_95: bool  # the source is in the 95 % region of the best place
+    in_region: bool  # or in that of another place that is left: the region is that of all of them
     bound_mm: float
     declared: bool
     false: bool  # false declaration: declared, but far from the source
@@ -77,7 +79,7 @@ def _score(document: Mapping[str, Any], false_mm: float) -> Score:
     o, calibration = document["calibrated"], document["calibration"]
     error_mm = 1e3 * o["source_error_m"]
     return Score(
-        error_mm=error_mm, nees=o["nees_source"], inside_95=o["inside_95"], bound_mm=_mm(document["bound_m"]),
+        error_mm=error_mm, nees=o["nees_source"], inside_95=o["inside_95"], in_region=o["inside_95"] or _elsewhere(o), bound_mm=_mm(document["bound_m"]),
         declared=o["found"], false=o["found"] and error_mm > false_mm, moves=o["moves"], time_s=o["time_s"],
         nis=math.nan if o["nis_mean"] is None else o["nis_mean"], nose_mm=_mm(o["nose_error_m"]),
         dead_reckoning_mm=_mm(document["dead_reckoning"]["nose_error_m"]), cold_error_mm=1e3 * document["cold"]["source_error_m"],
@@ -87,6 +89,10 @@ def _score(document: Mapping[str, Any], false_mm: float) -> Score:
         filter_nees=math.nan if o["filtered_nees"] is None else o["filtered_nees"],
         assumed_world=o["world"], wrong=error_mm > false_mm or o["nees_source"] > NEES_999, passed=document["verdict"] == "PASS",
     )  # fmt: skip
+
+
+def _elsewhere(outcome: Mapping[str, Any]) -> bool:
+    return any(place["nees_source"] <= NEES_95 for place in outcome["other_places"])
 
 
 def _mm(value_m: float | None) -> float:

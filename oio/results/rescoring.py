@@ -8,10 +8,10 @@ import numpy as np
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasSample, JointState, Truth, WorldSample, seconds
 from oio.estimators.odometry import Odometry
-from oio.inference.map_fit import CALIBRATED
-from oio.inference.metrics import SourceScore, rms, score_source
+from oio.inference.map_fit import CALIBRATED, Fit
+from oio.inference.metrics import SourceScore, nees, rms, score_source
 from oio.results.calibration import Navigation
-from oio.results.summary import Outcome
+from oio.results.summary import Outcome, Place
 from oio.search.stop_rule import StopRule
 
 
@@ -122,7 +122,12 @@ class Rescoring:
             filtered_error_m=filtered_score.source_error_m,
             world=variant.odometry.hypotheses[0].world if variant.odometry.hypotheses else CALIBRATED,
             filtered_nees=None if filtered_score is _NO_SCORE else filtered_score.nees,
+            other_places=tuple(self._place(fit) for fit in variant.odometry.hypotheses[1:]),
         )
+
+    def _place(self, fit: Fit) -> Place:
+        miss = None if self.source is None else nees(fit.source - self.source, fit.source_cov)
+        return Place(tuple(float(v) for v in fit.source), float(np.sqrt(np.trace(fit.source_cov))), fit.world, miss)
 
 
 _NO_SCORE = SourceScore(None, None, 0.0, 3)

@@ -13,6 +13,17 @@ READABLE = ("oio.results.summary/1", SCHEMA)  # schema 2 adds fields to schema 1
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """Another place that the last map of the search left for the source: where [m], standard deviation, in what world, and the NEES of the
+    source there, None without a truth."""
+
+    believed_m: tuple[float, ...]
+    sd_m: float
+    world: str
+    nees_source: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Outcome:
     """Scores of one filter variant on the samples of the search; None where truth or observability is missing."""
 
@@ -31,6 +42,7 @@ class Outcome:
     filtered_error_m: float | None = None  # source error and NEES of the filter alone, just before the last map
     filtered_nees: float | None = None
     world: str = CALIBRATED  # that the best hypothesis of the last map assumes
+    other_places: tuple[Place, ...] = ()  # that it leaves besides the best: the answer is one of them while there are any
 
     def in_words(self) -> str:
         """Return the main score as a short text."""

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from oio.bench import __main__ as command
-from oio.bench.score import NEES_999, Case, Score, Trial, scored
+from oio.bench.score import NEES_95, NEES_999, Case, Score, Trial, scored
 from oio.bench.worlds import ALL, rows
 
 GOOD = Score(
-    error_mm=8.0, nees=3.0, inside_95=True, bound_mm=8.0, declared=True, false=False, moves=50, time_s=40.0, nis=1.0, nose_mm=4.0,
+    error_mm=8.0, nees=3.0, inside_95=True, in_region=True, bound_mm=8.0, declared=True, false=False, moves=50, time_s=40.0, nis=1.0, nose_mm=4.0,
     dead_reckoning_mm=8.0, cold_error_mm=20.0,
     cold_open_error_mm=15.0, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0, filter_mm=9.0, filter_nees=4.0,
     assumed_world="as calibrated", wrong=False, passed=True,
 )  # fmt: skip
-WRONG = replace(GOOD, error_mm=90.0, nees=100.0, inside_95=False, wrong=True)
+WRONG = replace(GOOD, error_mm=90.0, nees=100.0, inside_95=False, in_region=False, wrong=True)
 WALL, PLAIN = Case("ndir", "still", 5, "d_optimal", "ekf", "wall"), Case("ndir", "still", 5, "d_optimal", "ekf")
 SHORT = (
     "stage.navigate.max_moves=7",
@@ -48,21 +48,32 @@ def test_without_a_declaration_there_is_no_share():
     assert np.isnan(row.false_share) and np.isnan(row.wrong_pass_share)
 
 
-@pytest.mark.parametrize(
-    ("error_m", "nees", "wrong"), [(0.029, NEES_999 - 0.01, False), (0.031, 1.0, True), (0.005, NEES_999 + 0.01, True)]
-)
-def test_wrong_is_far_off_or_outside_the_region(error_m, nees, wrong):
+def document(error_m, nees, **others):
+    """The summary of a run, as far as it is scored."""
     outcome = {
         "source_error_m": error_m, "nees_source": nees, "inside_95": True, "found": True, "moves": 9, "time_s": 1.0, "nis_mean": None,
-        "nose_error_m": None, "filtered_error_m": None, "filtered_nees": None, "world": "another wind",
+        "nose_error_m": None, "filtered_error_m": None, "filtered_nees": None, "world": "another wind", "other_places": [], **others,
     }  # fmt: skip
-    document = {
+    return {
         "calibrated": outcome, "cold": outcome,
         "cold_open": outcome, "bound_m": None, "dead_reckoning": {"nose_error_m": None}, "verdict": "WARN",
         "calibration": {"time_s": 1.0, "error_ppm": 1.0, "u_a_ppm": 1.0, "u_b_m": 0.01},
     }  # fmt: skip
-    score = scored(WALL, 1, document, "", 30.0).score
+
+
+@pytest.mark.parametrize(
+    ("error_m", "nees", "wrong"), [(0.029, NEES_999 - 0.01, False), (0.031, 1.0, True), (0.005, NEES_999 + 0.01, True)]
+)
+def test_wrong_is_far_off_or_outside_the_region(error_m, nees, wrong):
+    score = scored(WALL, 1, document(error_m, nees), "", 30.0).score
     assert score is not None and (score.wrong, score.passed, score.assumed_world) == (wrong, False, "another wind")
+
+
+@pytest.mark.parametrize(("missed", "covered"), [([], False), ([NEES_95 - 0.1], True), ([50.0, NEES_95 - 0.1], True), ([NEES_95 + 0.1], False)])
+def test_while_several_places_are_left_the_region_is_that_of_all_of_them(missed, covered):
+    places = [{"believed_m": [0.3, 0.0, 0.2], "sd_m": 0.01, "world": "a second source", "nees_source": value} for value in missed]
+    assert scored(WALL, 1, document(0.15, 100.0, inside_95=False, other_places=places), "", 30.0).score.in_region == covered
+    assert rows([Trial(WALL, 1, replace(WRONG, in_region=True), "")])[0].covered_best == 0.0
 
 
 def test_the_command_leaves_its_table_and_picture(tmp_path, capsys):
