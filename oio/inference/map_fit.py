@@ -19,10 +19,9 @@ from oio.inference.metrics import ResidualTest
 CALIBRATED = "as calibrated"  # the world that a fit assumes, unless `oio.inference.alternatives` says another
 MAX_STEPS = 24  # maximum number of iterations
 FREEZE_WHITENING_AFTER = 12  # iterations after which the whitening is frozen, so that estimate and weights cannot oscillate
-NEWTON_DECREMENT = 1e-2  # convergence limit, in squared posterior standard deviations
+NEWTON_DECREMENT = 2e-3  # convergence limit, in squared posterior standard deviations
 ROUGH_ABOVE = 4.0  # mean square of the whitened residuals at a start, above which noise is at first in proportion to the readings,
 ROUGH_STEPS, ROUGH_DECREMENT = 5, 1.0  # for so many iterations at most, or until convergence to this limit
-SLACK = 2.0  # in -2 ln posterior: weighted least squares and the maximum of the posterior are not the same place
 MAX_STEP = 2.0  # step limit per parameter, in prior standard deviations
 
 
@@ -61,85 +60,62 @@ class Fit:
 def solve(problem: Problem, start: Array, noise: Fluctuation) -> Fit:
     """MAP estimate from one start theta (P,) by Levenberg-Marquardt in units of the prior, theta = mean + L u with L L' = prior cov.
 
-    The whitening is updated at every iteration, and a step is judged with that at its beginning. A start that explains the readings does
-    not get worse: its steps may lower the posterior by SLACK at most, so that a world which contains another is never found less likely.
-    A start that does not, where next to no gas, and so next to no noise may be expected, takes its first steps with noise in proportion to
-    the readings. Converged when the Newton decrement, the squared step in posterior standard deviations, is below NEWTON_DECREMENT, or
-    after MAX_STEPS iterations.
+    The whitening is updated at every iteration; a step is judged with the whitening at its beginning. From a start that does not explain
+    the readings, where next to no gas and so next to no noise may be expected, the first steps take the noise in proportion to the
+    readings. Converged when the Newton decrement, the squared step in posterior standard deviations, is below NEWTON_DECREMENT, or after
+    MAX_STEPS iterations.
     """
     root = np.asarray(np.linalg.cholesky(problem.cov), dtype=np.float64)
     u: Array = np.asarray(np.linalg.solve(root, start - problem.mean), dtype=np.float64)
-    at = _Iterate.of(problem, u, root, noise)
-    damping, identity, rough = 1e-3, np.eye(len(u)), at.mean_square > ROUGH_ABOVE
-    slack = np.inf if rough else SLACK
-    whitening = _weighed_by_readings(problem, root, at, noise) if rough else at.whitening
+    damping, expected = 1e-3, problem.predict(problem.mean + root @ u)
+    whitening, identity = Whitening(expected.along, noise), np.eye(len(u))
+    at_start = whitening.of(problem.residual(start, expected.ppm)[:, None], expected.along.variance_ppm2)
+    rough = float(np.mean(np.square(at_start.rows))) > ROUGH_ABOVE
+    if rough:
+        whitening = _weighed_by_readings(problem, start, expected, noise)
     for i in range(MAX_STEPS):
         if not rough and i < FREEZE_WHITENING_AFTER:
-            whitening = at.whitening
-        stacked = np.concatenate([at.residual, at.expected.rows], axis=1)
-        white = whitening.of(stacked, at.expected.along.variance_ppm2).rows
-        rows, cost = white[:, 1:] @ root, float(white[:, 0] @ white[:, 0] + at.u @ at.u)
-        hessian, gradient = rows.T @ rows + identity, rows.T @ white[:, 0] - at.u
-        before = at.u
-        at, damping = _damped_step(problem, at, (root, noise), whitening, (hessian, gradient, cost), damping, slack)
-        step = at.u - before
-        settled = step @ hessian @ step < (ROUGH_DECREMENT if rough else NEWTON_DECREMENT)
-        if settled and not rough:
+            whitening = Whitening(expected.along, noise)
+        stacked = np.concatenate([problem.residual(problem.mean + root @ u, expected.ppm)[:, None], expected.rows], axis=1)
+        white = whitening.of(stacked, expected.along.variance_ppm2).rows
+        rows, cost = white[:, 1:] @ root, float(white[:, 0] @ white[:, 0] + u @ u)
+        hessian, gradient = rows.T @ rows + identity, rows.T @ white[:, 0] - u
+        step, damping, expected = _damped_step(problem, (u, root, expected), whitening, (hessian, gradient, cost), damping)
+        u = u + step
+        decrement = step @ hessian @ step
+        if decrement < NEWTON_DECREMENT and not rough:
             break
-        if rough and (settled or i + 1 >= ROUGH_STEPS):
-            rough, whitening, damping = False, at.whitening, 1e-3
-    return _result(problem, problem.mean + root @ at.u, root, noise, at.expected)
+        if rough and (decrement < ROUGH_DECREMENT or i + 1 >= ROUGH_STEPS):
+            rough, damping, whitening = False, 1e-3, Whitening(expected.along, noise)
+    return _result(problem, problem.mean + root @ u, root, noise, expected)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Iterate:
-    """One iterate u (P,): its prediction, residual (m, 1) [ppm], whitening, -2 ln of the posterior up to a constant, and mean square of
-    the whitened residuals."""
-
-    u: Array
-    expected: Prediction
-    residual: Array
-    whitening: Whitening
-    minus_2_log_posterior: float
-    mean_square: float
-
-    @staticmethod
-    def of(problem: Problem, u: Array, root: Array, noise: Fluctuation) -> "_Iterate":
-        theta = problem.mean + root @ u
-        expected = problem.predict(theta)  # with its Jacobian: most trial steps are accepted
-        residual, whitening = problem.residual(theta, expected.ppm)[:, None], Whitening(expected.along, noise)
-        white = whitening.of(residual, expected.along.variance_ppm2)
-        mean_square = float(np.mean(np.square(white.rows)))
-        return _Iterate(u, expected, residual, whitening, white.minus_2_log_likelihood + float(u @ u), mean_square)
-
-
-def _weighed_by_readings(problem: Problem, root: Array, at: _Iterate, noise: Fluctuation) -> Whitening:
-    """Whitening of a fluctuation in proportion to what was read instead of what is expected, which may be next to nothing at a start."""
-    theta, sn, along = problem.mean + root @ at.u, problem.sniffs, at.expected.along
-    read = np.maximum((sn.ppm - theta[problem.layout.baseline][sn.element]) / along.gain, sn.sigma_ppm / along.gain)
-    mean_ppm = np.interp(np.arange(len(sn.t_s)), sn.at, read)
+def _weighed_by_readings(problem: Problem, theta: Array, expected: Prediction, noise: Fluctuation) -> Whitening:
+    """Whitening of a fluctuation in proportion to what was read instead of what is expected at theta."""
+    sniffs, along = problem.sniffs, expected.along
+    read = np.maximum(sniffs.ppm - theta[problem.layout.baseline][sniffs.element], sniffs.sigma_ppm) / along.gain
+    mean_ppm = np.interp(np.arange(len(sniffs.t_s)), sniffs.at, read)
     return Whitening(replace(along, field=replace(along.field, mean_ppm=mean_ppm, rarity=np.ones_like(mean_ppm))), noise)
 
 
 def _damped_step(
-    problem: Problem, at: _Iterate, space: tuple[Array, Fluctuation], whitening: Whitening, quadratic: tuple[Array, Array, float],
-    damping: float, slack: float,
-) -> tuple[_Iterate, float]:  # fmt: skip
-    """The iterate after one damped step that raises neither the cost nor, by more than `slack`, -2 ln of the posterior, and the damping to
-    start the next with; the same iterate if there is none."""
-    hessian, gradient, cost = quadratic
+    problem: Problem, at: tuple[Array, Array, Prediction], whitening: Whitening, quadratic: tuple[Array, Array, float], damping: float
+) -> tuple[Array, float, Prediction]:
+    """One damped step that does not raise the cost, the damping to start the next with, and the prediction; a zero step if none exists."""
+    (u, root, current), (hessian, gradient, cost) = at, quadratic
     diagonal = np.diag(np.diag(hessian))
     while damping < 1e8:
         step = np.linalg.solve(hessian + damping * diagonal, gradient)
         step = step * min(1.0, MAX_STEP / max(float(np.max(np.abs(step))), 1e-12))
-        new = _Iterate.of(problem, np.asarray(at.u + step), *space)
-        white = whitening.of(new.residual, new.expected.along.variance_ppm2).rows[:, 0]  # a censored reading's variance depends on theta
-        gain = cost - float(white @ white + new.u @ new.u)
-        if gain >= 0.0 and new.minus_2_log_posterior <= at.minus_2_log_posterior + slack:
-            share = gain / max(float(2.0 * gradient @ step - step @ hessian @ step), 1e-12)  # of the gain that a linear model has
-            return new, damping * (0.2 if share > 0.75 else 1.0 if share > 0.25 else 8.0)
+        theta = problem.mean + root @ (u + step)
+        proposed = problem.predict(theta)  # with its Jacobian: most trial steps are accepted
+        residual = problem.residual(theta, proposed.ppm)[:, None]
+        white = whitening.of(residual, proposed.along.variance_ppm2).rows[:, 0]  # the variance of a censored reading depends on theta
+        new_cost = float(white @ white + (u + step) @ (u + step))
+        if new_cost <= cost:
+            return np.asarray(step), damping * 0.2, proposed
         damping *= 8.0
-    return at, damping
+    return np.zeros_like(u), damping, current
 
 
 def _result(problem: Problem, theta: Array, root: Array, noise: Fluctuation, expected: Prediction) -> Fit:

@@ -114,10 +114,10 @@ def test_twins_whose_gains_differ_are_calibrated_right(lab, built, wind_per_m, f
         assert fit.mean[second] == pytest.approx(np.log(factor), abs=4.0 * np.sqrt(fit.cov[second, second]) + 0.01)
 
 
-@pytest.mark.parametrize(("wind_per_m", "factor"), [(0.0, 0.05), (20.0, 20.0)])
-def test_a_fit_begun_at_unit_gains_may_end_at_wrong_ones(lab, built, wind_per_m, factor):
+def test_a_fit_begun_at_unit_gains_may_end_at_wrong_ones(lab, built):
     """Noise that grows with the signal forgives an expectation that is much too large."""
-    problem, second = twins(lab, built, wind_per_m, factor, 953)
+    factor = 20.0
+    problem, second = twins(lab, built, 20.0, factor, 953)
     unit = np.array(problem.mean)
     unit[problem.layout.gain], unit[3] = 0.0, np.log(np.max(problem.sniffs.ppm))
     good, bad = fit_beacon(problem, 1.0), fit_beacon(replace(problem, mean=unit), 1.0)
