@@ -79,7 +79,8 @@ def _score(document: Mapping[str, Any], false_mm: float) -> Score:
     o, calibration = document["calibrated"], document["calibration"]
     error_mm = 1e3 * o["source_error_m"]
     return Score(
-        error_mm=error_mm, nees=o["nees_source"], inside_95=o["inside_95"], in_region=o["inside_95"] or _elsewhere(o), bound_mm=_mm(document["bound_m"]),
+        error_mm=error_mm, nees=o["nees_source"], inside_95=o["inside_95"], in_region=o["inside_95"] or _elsewhere(o),
+        bound_mm=_mm(document["bound_m"]),
         declared=o["found"], false=o["found"] and error_mm > false_mm, moves=o["moves"], time_s=o["time_s"],
         nis=math.nan if o["nis_mean"] is None else o["nis_mean"], nose_mm=_mm(o["nose_error_m"]),
         dead_reckoning_mm=_mm(document["dead_reckoning"]["nose_error_m"]), cold_error_mm=1e3 * document["cold"]["source_error_m"],

@@ -51,7 +51,7 @@ def field_of_shape(
     if kind == TWO:
         return _two_sources(p, theta, parameters, scale, first, grad, by_shape)
     d = (p[0] - theta[SX], p[1] - theta[SX + 1], p[2] - theta[SZ])
-    if kind == LINE or kind == RING:
+    if kind < WALL:
         return extended_source(d, theta, parameters[:3], kind == RING, scale, grad, by_shape)
     return walled_source(d, theta, parameters, kind == CORNER, scale, grad, by_shape)
 

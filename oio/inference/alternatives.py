@@ -1,8 +1,8 @@
 """Alternative worlds: what may have changed since calibration, each a fit problem of its own, compared with the calibrated one by evidence.
 
 Calibration is a prior about the room as it was. Alternatives reopen the wind, the lag or the joints, let strength, wind or background
-change with time, add a second source or walls, or extend the source to a line or ring. Their evidence is the marginal likelihood in Laplace's
-approximation (MacKay 2003, ch. 28), so that the volume of every additional prior is charged.
+change with time, add a second source or walls, or extend the source to a line or ring. Their evidence is the marginal likelihood in
+Laplace's approximation (MacKay 2003, ch. 28), so that the volume of every additional prior is charged.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -62,7 +62,8 @@ class Alternatives:
             raise BadInput(f"{given}, but it can be {', '.join(WORLDS)}. Type e.g. belief_map.alternatives.worlds=[wind,second_source].")
         in_range(self, knot_s=(0.1, 1e6), most_knots=(1, 100), wind_per_m_sqrt_s=(0, 1e3), strength_sqrt_s=(0, 10))
         in_range(self, background_sigmas_sqrt_s=(0, 1e3), second_strength_u=(0.01, 10), prior_odds=(1e-9, 1e3))
-        in_range(self, lag_u=(1e-3, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1), wall_u_m=(1e-3, 1), inflation=(1, 100))
+        in_range(self, lag_u=(1e-3, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1))
+        in_range(self, wall_u_m=(1e-3, 1), inflation=(1, 100))
 
     @property
     def none(self) -> "Alternatives":

@@ -1,4 +1,4 @@
-"""Compiled extension of the range law (see `oio.inference.law_extension`): the law at a time, and its field with the shape of the source."""
+"""Compiled extension of the range law (see `oio.inference.law_extension`): the law at a time, and the field of a source of a shape."""
 
 from typing import NamedTuple
 

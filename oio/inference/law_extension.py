@@ -1,5 +1,5 @@
-"""Extension of the range law to worlds that calibration did not see: a source of another shape, strength, wind or background that change, and
-encoders that drift otherwise.
+"""Extension of the range law to worlds that calibration did not see: a source of another shape, strength, wind or background that change,
+and encoders that drift otherwise.
 
 What changes is piecewise linear between knots, with the prior of a random walk (Wiener process) from the first knot on, whose density is
 in units of the parameter per square root of a second. `oio.inference.extension_kernel.Knots` has the order of the parameters.

@@ -254,7 +254,8 @@ def test_errors_at_their_bounds_times_a_factor_give_the_factor(bounds, factor):
 
 def score(error, cold, declared=True, inside=True, bound=10.0):
     return Score(
-        error_mm=error, nees=3.0, inside_95=inside, in_region=inside, bound_mm=bound, declared=declared, false=declared and error > 54, moves=9, time_s=error,
+        error_mm=error, nees=3.0, inside_95=inside, in_region=inside, bound_mm=bound,
+        declared=declared, false=declared and error > 54, moves=9, time_s=error,
         nis=1.0, nose_mm=4.0, dead_reckoning_mm=8.0, cold_error_mm=cold,
         cold_open_error_mm=2 * cold, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0,
         filter_mm=2 * error, filter_nees=6.0, assumed_world="as calibrated", wrong=error > 54, passed=declared,

@@ -11,8 +11,8 @@ from oio.bench.score import NEES_95, NEES_999, Case, Score, Trial, scored
 from oio.bench.worlds import ALL, rows
 
 GOOD = Score(
-    error_mm=8.0, nees=3.0, inside_95=True, in_region=True, bound_mm=8.0, declared=True, false=False, moves=50, time_s=40.0, nis=1.0, nose_mm=4.0,
-    dead_reckoning_mm=8.0, cold_error_mm=20.0,
+    error_mm=8.0, nees=3.0, inside_95=True, in_region=True, bound_mm=8.0, declared=True, false=False, moves=50, time_s=40.0,
+    nis=1.0, nose_mm=4.0, dead_reckoning_mm=8.0, cold_error_mm=20.0,
     cold_open_error_mm=15.0, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0, filter_mm=9.0, filter_nees=4.0,
     assumed_world="as calibrated", wrong=False, passed=True,
 )  # fmt: skip
@@ -69,7 +69,9 @@ def test_wrong_is_far_off_or_outside_the_region(error_m, nees, wrong):
     assert score is not None and (score.wrong, score.passed, score.assumed_world) == (wrong, False, "another wind")
 
 
-@pytest.mark.parametrize(("missed", "covered"), [([], False), ([NEES_95 - 0.1], True), ([50.0, NEES_95 - 0.1], True), ([NEES_95 + 0.1], False)])
+@pytest.mark.parametrize(
+    ("missed", "covered"), [([], False), ([NEES_95 - 0.1], True), ([50.0, NEES_95 - 0.1], True), ([NEES_95 + 0.1], False)]
+)
 def test_while_several_places_are_left_the_region_is_that_of_all_of_them(missed, covered):
     places = [{"believed_m": [0.3, 0.0, 0.2], "sd_m": 0.01, "world": "a second source", "nees_source": value} for value in missed]
     assert scored(WALL, 1, document(0.15, 100.0, inside_95=False, other_places=places), "", 30.0).score.in_region == covered
