@@ -17,12 +17,13 @@ def measurement_pose(
     """A pose (n,) rad with the nose distance_m from place_m (3,); any pose for arms of one or two joints, which cannot choose it.
 
     On its path from `here` (n,) the nose comes no nearer than approach_m, or 0.9 of the distance. Straight paths in joint space are
-    preferred; where there is none, one that `has_path` finds around the edges of the box. Raises NotObservable if there is no such
-    pose: a measurement elsewhere would pass for one at this distance.
+    preferred; where there is none, one that `has_path` finds around the edges of the box, also to poses that inverse kinematics cannot
+    reach from `here`, but from the rest pose. Raises NotObservable if there is no such pose: a measurement elsewhere would pass for one at
+    this distance.
     """
-    for is_free in (lambda q: bool(arm.path_is_free(here, q)), has_path):
+    for is_free, begin in ((lambda q: bool(arm.path_is_free(here, q)), here), (has_path, here), (has_path, arm.home)):
         for _ in range(TRIES):
-            pose = _candidate(arm, here, place_m, distance_m, rng)
+            pose = _candidate(arm, begin, place_m, distance_m, rng)
             if pose is not None and is_free(pose) and arm.clearance_m(here, pose, place_m) >= min(approach_m, 0.9 * distance_m):
                 return pose
     raise NotObservable(
@@ -31,8 +32,8 @@ def measurement_pose(
     )
 
 
-def _candidate(arm: Arm, here: Array, place_m: Array, distance_m: float, rng: np.random.Generator) -> Array | None:
+def _candidate(arm: Arm, begin: Array, place_m: Array, distance_m: float, rng: np.random.Generator) -> Array | None:
     direction = rng.standard_normal(3)  # drawn for every arm, so that the stream of random numbers does not depend on its joints
     if arm.dof < 3:
         return arm.random_pose(rng)
-    return arm.solve_ik(place_m + distance_m * direction / np.linalg.norm(direction), here)
+    return arm.solve_ik(place_m + distance_m * direction / np.linalg.norm(direction), begin)

@@ -22,6 +22,13 @@ def test_the_nose_is_at_its_distance_and_came_no_nearer(built, distance_m):
         assert arm.is_allowed(pose) and arm.clearance_m(arm.home, pose, BEACON_M) >= min(0.045, 0.9 * distance_m)
 
 
+def test_an_arm_that_is_folded_away_from_the_source_finds_a_pose_too(built):
+    """Inverse kinematics from where it stood found none of 400 directions; a run of the default configuration ended there."""
+    arm, folded = built("arm", "dof=5"), np.array([-0.29725907, 0.9736792, -1.31382769, -0.08949563, -0.03244201])
+    pose = measurement_pose(arm, folded, BEACON_M, 0.05, 0.045, lambda _: True, np.random.default_rng(0))
+    assert np.linalg.norm(arm.nose(pose) - BEACON_M) == pytest.approx(0.05, abs=0.006) and arm.is_allowed(pose)
+
+
 @pytest.mark.parametrize("distance_m", [0.8, 2.0])
 def test_a_distance_that_is_out_of_reach_is_refused_not_faked(built, distance_m):
     """It used to give the pose where the nose happened to be, and a measurement there passed for one at this distance."""
