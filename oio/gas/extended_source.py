@@ -4,7 +4,7 @@ import numpy as np
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.range_law import LAW, LN_STRENGTH, SX, SZ, concentration_at
+from oio.gas.range_law import LAW, LEAST_PPM, LN_STRENGTH, SX, SZ, concentration_at
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 ARCS = 8
@@ -43,7 +43,7 @@ def extended_source(
             reach, weight = NODES[i], 0.5 * WEIGHTS[i]
         dx, dy, dz = d[0] - reach * place[0], d[1] - reach * place[1], d[2] - reach * place[2]
         c_i, r_i, rarity_i = concentration_at(dx, dy, dz, theta, scale[0], scale[1], own)
-        share = weight * c_i
+        share = weight * max(c_i, LEAST_PPM)
         c, r, rarity = c + share, r + share * r_i, rarity + share * rarity_i
         for j in range(LAW):
             grad[j] += share * own[j]
@@ -55,13 +55,12 @@ def extended_source(
         else:
             for a in range(3):
                 by_half[a] += share * reach * own[SX + a]
-    total = max(c, 1e-300)
     for j in range(LAW):
-        grad[j] /= total
+        grad[j] /= c
     for a in range(3):
-        by_half[a] /= total
+        by_half[a] /= c
     grad[LN_STRENGTH] = 1.0
-    return total, r / total, rarity / total
+    return c, r / c, rarity / c
 
 
 @compiled

@@ -27,6 +27,7 @@ UNKNOWN_STRENGTH_U = 2.0  # standard uncertainty of l about the largest reading 
 MIN_LN_PPM, MAX_LN_PPM = -20.0, 14.0  # allowed range of a configured ln_strength; ln(1e6 ppm) is 13.8
 _SMOOTH_PER_M = 0.5  # |k| is smoothed below this, so that it is differentiable in still air (k = 0)
 MAX_LN_C = 50.0  # clip of ln c: exp does not overflow
+LEAST_PPM = 1e-300  # of one of several fields that add up: their shares exist where none of them is left
 _MAX_LN_RARITY = np.log(1000.0)  # clip of the rarity: far off the axis, puffs do not become rarer without bound as the law has it
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.extended_source import extended_source
-from oio.gas.range_law import LAW, LN_STRENGTH, SX, SZ, concentration_at
+from oio.gas.range_law import LAW, LEAST_PPM, LN_STRENGTH, SX, SZ, concentration_at
 from oio.gas.walled_source import walled_source
 
 POINT, TWO, LINE, RING, WALL, CORNER = 0, 1, 2, 3, 4, 5  # kinds
@@ -72,10 +72,12 @@ def _two_sources(
     other[:] = theta[:LAW]
     other[LN_STRENGTH] += second[3]
     c2, r2, rarity2 = concentration_at(p[0] - second[0], p[1] - second[1], p[2] - second[2], other, scale[0], scale[1], more)
-    share = c / (c + c2)
+    c, c2 = max(c, LEAST_PPM), max(c2, LEAST_PPM)
+    total = c + c2
+    share = c / total
     for j in range(LAW):
         grad[j] = share * grad[j] + ((1.0 - share) * more[j] if j > SZ else 0.0)
     for a in range(3):
         by_shape[a] = (1.0 - share) * more[a]
     by_shape[3] = 1.0 - share
-    return c + c2, share * r + (1.0 - share) * r2, share * rarity + (1.0 - share) * rarity2
+    return total, share * r + (1.0 - share) * r2, share * rarity + (1.0 - share) * rarity2

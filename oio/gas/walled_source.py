@@ -10,7 +10,7 @@ import numpy as np
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.range_law import LAW, LN_STRENGTH, SX, SZ, concentration_at
+from oio.gas.range_law import LAW, LEAST_PPM, LN_STRENGTH, SX, SZ, concentration_at
 
 BEHIND = 1e-3  # concentration far behind a wall, over what the field would be: not zero, so that its logarithm exists
 EDGE_M = 4e-3  # scale of the logistic function between both
@@ -39,6 +39,7 @@ def walled_source(
         in_u, in_w = float(image % 2), float(image // 2)
         at = _sum(1.0, _sum(1.0, d, in_u * (2.0 - 2.0 * du / uu), u), in_w * (2.0 - 2.0 * dw / ww), w)
         c_i, r_i, rarity_i = concentration_at(at[0], at[1], at[2], theta, scale[0], scale[1], own)
+        c_i = max(c_i, LEAST_PPM)
         c, r, rarity = c + c_i, r + c_i * r_i, rarity + c_i * rarity_i
         for j in range(SZ + 1, LAW):
             grad[j] += c_i * own[j]

@@ -21,8 +21,8 @@ VALUES = {
 def field(place, theta, kind, values):
     grad, by_shape = np.empty(LAW), np.zeros(MOST)
     first = concentration_at(*(place - theta[:3]), theta, *SCALE, grad)
-    c, _, _ = field_of_shape(tuple(place), theta, SourceShape.of(kind, np.array(values)), SCALE, first, grad, by_shape)
-    return c, grad, by_shape
+    c, r, _ = field_of_shape(tuple(place), theta, SourceShape.of(kind, np.array(values)), SCALE, first, grad, by_shape)
+    return c, grad, by_shape, r
 
 
 def slope(of, values, j):
@@ -34,7 +34,7 @@ def slope(of, values, j):
 def test_derivatives_by_the_law_the_shape_and_the_nose(kind):
     values = np.array(VALUES[kind])
     assert len(values) == PARAMETERS[kind]
-    _, grad, by_shape = field(PLACE, THETA, kind, values)
+    _, grad, by_shape, _ = field(PLACE, THETA, kind, values)
     rough = 0.05 if kind == RING else 1e-5  # eight points turn
     for j in range(LAW):
         assert grad[j] == pytest.approx(slope(lambda theta: field(PLACE, theta, kind, values)[0], THETA, j), abs=1e-5)
@@ -43,6 +43,14 @@ def test_derivatives_by_the_law_the_shape_and_the_nose(kind):
     for axis in range(3):
         by_nose = slope(lambda place: field(place, THETA, kind, values)[0], PLACE, axis)
         assert against_nose(kind, grad, by_shape, axis) == pytest.approx(-by_nose, abs=1e-5)
+
+
+@pytest.mark.parametrize("kind", VALUES)
+def test_far_up_the_wind_where_nothing_is_left_there_is_no_division_by_it(kind):
+    theta = np.array(THETA)
+    theta[3], theta[5:8] = -700.0, [900.0, 0.0, 0.0]
+    c, grad, by_shape, r = field(theta[:3] - np.array([1.0, 0.0, 0.0]), theta, kind, VALUES[kind])
+    assert 0.0 < c < 1e-200 and r > 0.1 and np.all(np.isfinite(grad)) and np.all(np.isfinite(by_shape))
 
 
 def test_two_sources_add_up():

@@ -111,7 +111,7 @@ def test_walls_are_found_where_they_stand(lab, maps, draw, kind, feet, names, se
     sniffs = replace(problem.sniffs, ppm=expected.ppm + theta[made.layout.baseline][0] + noise)
     best = maps.locate(sniffs, made.known)[0]
     assert best.world in [WORLDS[name] for name in names]
-    assert np.linalg.norm(best.source - theta[:3]) < 0.02
+    assert np.linalg.norm(best.source - theta[:3]) < 0.03
 
 
 def test_another_lag_is_found(lab, maps):
