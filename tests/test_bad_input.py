@@ -27,7 +27,6 @@ def typed(tmp_path, monkeypatch, capfd):
         monkeypatch.delenv("OIO_FULL_ERROR", raising=False)
         monkeypatch.setattr(sys, "argv", ["oio.run", *words, f"hydra.run.dir={tmp_path / 'run'}"])
         monkeypatch.setattr(sys, "path", list(sys.path))
-        monkeypatch.setattr(run, "FAILED", [])
         code = run.main()
         said = capfd.readouterr()
         assert said.out == ""

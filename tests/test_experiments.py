@@ -9,13 +9,13 @@ import pytest
 from rich.console import Console
 
 from oio.bench.trial import experiment, run_trial
-from oio.cli.seed_table import show_table_1
-from oio.cli.table_1 import Published, table_1
 from oio.core.folders import CONF
 from oio.figures.ekf import draw
 from oio.log import MemoryLog
 from oio.results.tracks import Tracks
 from oio.runtime.runner import run_stages
+from oio.sweep.seed_table import show_table_1
+from oio.sweep.table_1 import Published, table_1
 
 SHORT = (
     "+experiment=figure_ekf", "sensor=ndir", "air=steady", "dof=3", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",

@@ -9,10 +9,11 @@ import pytest
 from hydra.core.global_hydra import GlobalHydra
 
 from oio.cli.hydra_errors import known_error
-from oio.cli.run import refuse_bad_choices
-from oio.cli.sweep_table import show_sweep, sweep_rows
+from oio.cli.sweep_check import refuse_bad_choices
 from oio.core.folders import CONF
 from oio.log import read_metadata
+from oio.sweep.job_table import show_sweep
+from oio.sweep.manifest import Job, Outcome
 
 ROOT = Path(__file__).resolve().parents[1]
 TINY = ("stage=[warm_up,baseline]",)
@@ -106,17 +107,8 @@ def test_a_failure_is_told_in_the_table_and_by_the_exit_code(mixed):
     assert f"job 0_ndir_5dof_seed0: {status(folder / '0_ndir_5dof_seed0')['error']}" in done.stdout
 
 
-def test_rows_are_in_the_order_of_the_jobs_whatever_their_names(tmp_path):
-    for name in ("10_a", "2_b", "0_c"):
-        (tmp_path / name).mkdir()
-    (tmp_path / "2_b" / "status.json").write_text('{"state": "done", "error": null}')
-    (tmp_path / "elsewhere").mkdir()
-    rows = sweep_rows(tmp_path)
-    assert [(row["job"], row["state"]) for row in rows] == [("0_c", "no status"), ("2_b", "done"), ("10_a", "no status")]
-
-
 def test_the_table_takes_any_text(capsys):
-    show_sweep([{"job": "0_a", "state": "failed", "error": "[/red] [bold]x", "summary": None}], "here")
+    show_sweep([Outcome(Job(0, (), "0_a"), "failed", "[/red] [bold]x", None)], "here")
     assert "job 0_a: [/red] [bold]x" in capsys.readouterr().out
 
 

@@ -16,9 +16,9 @@ from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.table import show
 from oio.bench.trial import composed_trial, try_trial
 from oio.cli.help import choices
-from oio.cli.table_1 import table_1
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF
+from oio.sweep.table_1 import table_1
 
 GROUPS = ("sensor", "air", "search", "ekf", "world")
 PER_JOB = 4  # batch size of a worker: mostly trials of one case, so that it seldom composes another

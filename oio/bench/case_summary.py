@@ -7,7 +7,7 @@ import numpy as np
 
 from oio.bench.score import Case, Score, Trial
 from oio.bench.statistics import anees_band, rms_ratio, wilson
-from oio.cli.table_1 import Published
+from oio.sweep.table_1 import Published
 
 NAN = float("nan")
 

@@ -10,10 +10,10 @@ import hydra
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from oio.cli.build import build
 from oio.cli.experiment import Experiment
 from oio.cli.hydra_errors import known_error
 from oio.cli.plugins import plugin_packages, search_path
-from oio.cli.run import build
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
 from oio.log import MemoryLog

@@ -21,11 +21,11 @@ OUTCOMES = {
 class StageLines:
     """Progress of the stages, as a watcher for `RunLog.watchers`: simulated seconds, what the stage waits for, and its current figure."""
 
-    def __init__(self) -> None:
+    def __init__(self, quiet: bool = False) -> None:
         text = TextColumn("{task.description:<16} {task.fields[simulated]:>8}  {task.fields[waits]}  [bold]{task.fields[figure]}")
         self._progress = Progress(SpinnerColumn(finished_text="✓"), text, TimeElapsedColumn(), console=Console(stderr=True))
         self._tasks: dict[str, TaskID] = {}
-        self._on = sys.stderr.isatty()
+        self._on = sys.stderr.isatty() and not quiet
 
     def __enter__(self) -> "StageLines":
         if self._on:

@@ -14,8 +14,8 @@ def run_command(run: Callable[[], None], stopped: str = "stopped.") -> int:
     """Run a command and return its exit code; `stopped` is printed on an interrupt. OIO_FULL_ERROR=1 shows tracebacks of known errors."""
     try:
         run()
-    except KeyboardInterrupt:
-        sys.stderr.write(f"oio: {stopped}\n")
+    except KeyboardInterrupt as stop:
+        sys.stderr.write(f"oio: {str(stop) or stopped}\n")
         return STOPPED
     except Exception as error:
         known = known_error(error, CONF)

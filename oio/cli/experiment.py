@@ -13,7 +13,9 @@ from typing import Any
 
 from oio import __version__
 from oio.cli.console import StageLines
-from oio.core.errors import BadInput, OioError
+from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
+from oio.core import interrupt
+from oio.core.errors import OioError
 from oio.core.folders import ROOT
 from oio.core.interfaces import Backend, Sensor, World
 from oio.kinematics.arm import Arm
@@ -53,33 +55,33 @@ class Experiment:
         }  # fmt: skip
 
 
-def execute(experiment: Experiment, out: Path) -> dict[str, Any]:
+def execute(experiment: Experiment, out: Path, quiet: bool = False, notes: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Run all stages; leaves run.mcap, config.yaml, status.json and summary.json in `out`, and returns the summary.
 
+    `quiet`: without progress in the terminal. `notes`: further files to write, text by name.
     A failure leaves its traceback in status.json and is raised again. A directory with a status.json is never written to.
     """
     check_order(experiment.stages)
-    _refuse_used(out)
+    refuse_used(out)
     began = time.monotonic()
-    with experiment.backend.open() as world:  # a refusal leaves no directory behind
-        _claim(out)
-        (out / "config.yaml").write_text(experiment.config_yaml, encoding="utf-8")
+    with experiment.backend.open() as world, RunFolder(out) as folder:  # a refusal leaves no directory behind
+        for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
+            (out / name).write_text(text, encoding="utf-8")
         try:
-            document = _summary(experiment, _stages(experiment, world, out), time.monotonic() - began)
-        except KeyboardInterrupt:
-            _status(out, "interrupted", "stopped by the person or the system; run.mcap.part can be read, see python -m oio.recover")
-            raise
+            document = _summary(experiment, _stages(experiment, world, out, quiet), time.monotonic() - began)
+            write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
-            known = isinstance(error, OioError)
-            _status(out, "failed", str(error) if known else repr(error), traceback.format_exc())
+            if isinstance(error, KeyboardInterrupt) or interrupt.asked():
+                folder.status("interrupted", STOPPED)
+                raise KeyboardInterrupt from error
+            folder.status("failed", str(error) if isinstance(error, OioError) else repr(error), traceback.format_exc())
             raise
-    (out / "summary.json").write_text(to_json(document), encoding="utf-8")
-    _status(out, "done", None)
+        folder.status("done")
     return document
 
 
-def _stages(experiment: Experiment, world: World, out: Path) -> dict[type, object]:
-    arm, lines = experiment.arm, StageLines()
+def _stages(experiment: Experiment, world: World, out: Path, quiet: bool) -> dict[type, object]:
+    arm, lines = experiment.arm, StageLines(quiet)
     attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(arm.path)}
     with RunLog.create(
         out / "run.mcap", sensor=experiment.sensor.name, joints=arm.names, metadata=experiment.about(), attachments=attachments
@@ -93,25 +95,6 @@ def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: flo
     assert calibration is None or isinstance(calibration, Calibration)
     assert found is None or isinstance(found, Evaluation)
     return summary(experiment.identity, calibration, found, wall_s)
-
-
-def _refuse_used(out: Path) -> None:
-    if (out / "status.json").exists():
-        raise BadInput(f"{out} already holds a run (status.json). Give another directory, e.g. hydra.run.dir={out}_2.")
-
-
-def _claim(out: Path) -> None:
-    """Take the directory; of two runs that start at once only one gets it."""
-    out.mkdir(parents=True, exist_ok=True)
-    try:
-        with (out / "status.json").open("x", encoding="utf-8") as file:
-            file.write(to_json({"state": "running", "error": None, "traceback": None}))
-    except FileExistsError:
-        _refuse_used(out)
-
-
-def _status(out: Path, state: str, error: str | None, trace: str | None = None) -> None:
-    (out / "status.json").write_text(to_json({"state": state, "error": error, "traceback": trace}), encoding="utf-8")
 
 
 def _version(package: str) -> str:

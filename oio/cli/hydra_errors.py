@@ -20,6 +20,10 @@ SHARED = (
     "recording", "belief_map", "process_noise", "nominal", "stop", "safety", "ekf",
     "search", "range_law", "bout",
 )  # fmt: skip
+LAUNCHING: dict[str, dict[str, str]] = {  # choices of Hydra's own groups, and the extra that each needs
+    "hydra/launcher": {"joblib": "", "basic": "", "dask": "", "submitit_local": "slurm", "submitit_slurm": "slurm"},
+    "hydra/sweeper": {"basic": "", "optuna": "optuna"},
+}
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)
 LIST_KEYS = "`python -m oio.run --cfg job` prints every key, `--help` every choice."
 
@@ -92,11 +96,21 @@ def _renamed(old: str, new: str) -> str:
 
 
 def _no_such_choice(group: str, name: str, conf: Path) -> str:
+    if group in LAUNCHING:
+        return _no_such_plugin(group, name)
     known = [choice for choice, _ in choices(conf, group)]
     if not known:
         return f"'{group}={name}' was given, but there is no group '{group}'. `python -m oio.run --help` lists the choices."
     example = f"{group}=[{known[0]}]" if group == "stage" else f"{group}={known[0]}"
     return f"{group}={name} was given, but {group} can be {', '.join(known)}. Type e.g. {example}."
+
+
+def _no_such_plugin(group: str, name: str) -> str:
+    """Hydra's launchers and sweepers come from packages, some of which are optional."""
+    extra = LAUNCHING[group].get(name)
+    if extra:
+        return f"{group}={name} needs a package that is not installed. Type: pip install 'oio[{extra}]'"
+    return f"{group}={name} was given, but {group} can be {', '.join(LAUNCHING[group])}. Type e.g. {group}={next(iter(LAUNCHING[group]))}."
 
 
 def _dangling(key: str, conf: Path) -> str:

@@ -19,12 +19,12 @@ from oio.bench.parallel import run_parallel
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.statistics import anees_band, rms_ratio, wilson
 from oio.bench.trial import composed_trial, experiment, run_trial, try_trial
+from oio.cli.build import build
 from oio.cli.experiment import execute
-from oio.cli.run import build
-from oio.cli.table_1 import Published
 from oio.core.errors import BadInput
 from oio.core.records import Event, GasSample
 from oio.log import MemoryLog
+from oio.sweep.table_1 import Published
 
 SHORT = (
     "sensor=ndir", "air=steady", "dof=3", "search=d_optimal", "ekf=ekf", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",

@@ -3,7 +3,8 @@
 import pytest
 
 from oio.cli.console import show_summary
-from oio.cli.sweep_table import show_sweep
+from oio.sweep.job_table import show_sweep
+from oio.sweep.manifest import Job, Outcome
 
 OUTCOME = {
     "source_error_m": 0.0123, "sd_m": 0.01, "nose_error_m": 0.004, "nees_source": 2.0, "inside_95": True, "nis_mean": 1.0,
@@ -41,8 +42,8 @@ def test_the_summary_has_its_units(capsys, outcome, head):
 
 def test_the_sweep_has_its_units_and_names(capsys):
     rows = [
-        {"job": "0_[a]", "state": "done", "error": None, "summary": document(OUTCOME)},
-        {"job": "1_[b]", "state": "failed", "error": "[no]", "summary": None},
+        Outcome(Job(0, (), "0_[a]"), "done", None, document(OUTCOME)),
+        Outcome(Job(1, (), "1_[b]"), "failed", "[no]", None),
     ]
     show_sweep(rows, "runs/[old]")
     said = capsys.readouterr().out

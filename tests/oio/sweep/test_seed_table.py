@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from oio.cli.seed_table import group_by_case, group_figures, show_groups
+from oio.sweep.seed_table import group_by_case, group_figures, show_groups
 
 
 def run(seed, cold, calibrated, sensor="ec", inside=True):

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from oio.cli.table_1 import Published
+from oio.sweep.table_1 import Published
 
 Row = Mapping[str, Any]
 

@@ -1,0 +1,100 @@
+"""The commands of `python -m oio.sweep`: status, resume, table, compare, worst."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from oio.cli.exit_codes import run_command
+from oio.cli.plugins import plugin_packages
+from oio.core import interrupt
+from oio.core.errors import BadInput, OioError
+from oio.sweep.displays import comparison, status, table, worst_jobs
+from oio.sweep.fingerprint import folders_of, version_of_everything
+from oio.sweep.job_table import show_sweep
+from oio.sweep.launch import engine_of
+from oio.sweep.manifest import Manifest, locked
+from oio.sweep.sweep import adopt_version, run_sweep
+
+EXAMPLES = """\
+  python -m oio.sweep status outputs/sweep                  how far it is; also from another terminal while it runs
+  python -m oio.sweep resume outputs/sweep                  what is missing, failed, was stopped or killed, and nothing else
+  python -m oio.sweep table outputs/sweep --by sensor,air --out table.csv
+  python -m oio.sweep compare outputs/sweep_a outputs/sweep_b    the same seeds in pairs
+  python -m oio.sweep worst outputs/sweep                   the jobs to look at first
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise BadInput(f"{message}. Type e.g. python -m oio.sweep status outputs/sweep; --help lists the commands.")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code."""
+    interrupt.listen()
+    return run_command(lambda: _run(sys.argv[1:] if arguments is None else list(arguments)))
+
+
+def _run(arguments: list[str]) -> None:
+    given = _parser().parse_args(arguments)
+    given.run(given)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="python -m oio.sweep", description="Sweeps that `python -m oio.run -m` has begun.", epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
+
+    def command(name: str, run: Callable[[argparse.Namespace], None], about: str, *folders: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(name, help=about, description=about)
+        for folder in folders:
+            made.add_argument(folder, type=Path, metavar=folder.upper(), help="the folder of a sweep")
+        made.set_defaults(run=run)
+        return made
+
+    command("status", status, "how many jobs are done, running, failed, and the time left", "dir")
+    resume = command("resume", _resume, "run what is missing, failed, was stopped or killed, and nothing else", "dir")
+    resume.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: as the sweep was begun)")
+    resume.add_argument("--config-dir", type=Path, metavar="FOLDER", help="your own configuration, if the sweep was begun with one")
+    resume.add_argument("--any-version", action="store_true", help="keep what another version of the code or configuration has done")
+    grouped = command("table", table, "a row per group, with 95 %% bootstrap intervals", "dir")
+    grouped.add_argument("--by", metavar="KEY,KEY", help="groups (default: sensor,dof,air and what differs); job: a row per job")
+    grouped.add_argument("--out", type=Path, metavar="FILE", help="also a file: .csv, .parquet, .md or .tex")
+    command(
+        "compare", comparison, "two sweeps in pairs of the same case and seed, and what differs in their configuration", "dir_a", "dir_b"
+    )
+    looked = command("worst", worst_jobs, "the jobs to look at first: failed, wrong though declared, far off", "dir")
+    looked.add_argument("--count", type=int, default=10, metavar="N", help="at most so many (default 10)")
+    return parser
+
+
+def _resume(given: argparse.Namespace) -> None:
+    if given.jobs is not None and given.jobs < 1:
+        raise BadInput(f"--jobs {given.jobs} was given, but it is 1 or more. Type e.g. --jobs 2.")
+    Manifest.read(given.dir)  # refuses a folder of something else before a lock is made in it
+    with locked(given.dir):
+        manifest = Manifest.read(given.dir)
+        places = _places(manifest, given.config_dir)
+        adopt_version(manifest, version_of_everything(folders_of(places)), given.any_version)
+        if given.jobs is not None:
+            manifest.launcher = {**manifest.launcher, "name": "joblib", "processes": given.jobs}
+        outcomes = run_sweep(manifest, manifest.jobs, engine_of(manifest.launcher), places)
+    show_sweep(outcomes, str(given.dir))
+    failed = sum(outcome.state != "done" for outcome in outcomes)
+    if failed:
+        raise OioError(f"{failed} jobs of the sweep failed; their status.json says why.")
+
+
+def _places(manifest: Manifest, config_dir: Path | None) -> tuple[str, ...]:
+    """Folders on the search path: the user names them again, because a file that came from elsewhere may name any."""
+    given = [f"file://{config_dir.resolve()}"] if config_dir else []
+    wanted = [place for place in manifest.places if place.startswith("file://")]
+    if wanted != given:
+        needed = f" --config-dir {wanted[0].removeprefix('file://')}" if wanted else ""
+        told = f"{manifest.folder} was made with{needed or 'out --config-dir'}"
+        raise BadInput(f"{told}. Type python -m oio.sweep resume {manifest.folder}{needed}")
+    return (*given, *plugin_packages())

@@ -1,0 +1,115 @@
+"""What `python -m oio.sweep status | table | compare | worst` show in the terminal."""
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from oio.sweep.compare import compare
+from oio.sweep.group_table import group_table
+from oio.sweep.manifest import Manifest, is_running
+from oio.sweep.progress import in_words
+from oio.sweep.rate import seconds_left
+from oio.sweep.records import error_of, records, shown_error
+from oio.sweep.sheet import columns, save, text
+from oio.sweep.worst import worst
+
+
+def status(given: argparse.Namespace) -> None:
+    """Print how far the sweep is."""
+    manifest = Manifest.read(given.dir)
+    outcomes = manifest.outcomes()
+    states, console = Counter(outcome.state for outcome in outcomes), Console(soft_wrap=True, highlight=False)
+    told = ", ".join(f"{count} {'not begun' if state == 'missing' else state}" for state, count in states.items())
+    console.print(f"{len(outcomes)} jobs in {escape(str(given.dir))}: {told}")
+    going = is_running(given.dir)
+    pace = seconds_left(given.dir, outcomes)
+    if going and pace is not None:
+        console.print(f"running, {pace[0]:.1f} jobs a minute, about {in_words(pace[1])} left")
+    elif going:
+        console.print("running")
+    for outcome in outcomes:
+        if outcome.state == "running":
+            console.print(f"  running: {escape(outcome.job.folder)}")
+        if outcome.error and outcome.state in ("failed", "outdated", "killed"):
+            console.print(f"  {outcome.state}: {escape(outcome.job.folder)}: {escape(outcome.error.splitlines()[0])}")
+    if not going and states["done"] < len(outcomes):
+        console.print(f"not running; go on with: python -m oio.sweep resume {escape(str(given.dir))}")
+
+
+def table(given: argparse.Namespace) -> None:
+    """Print the table by groups, and write it to a file."""
+    rows = records(Manifest.read(given.dir).outcomes())
+    found = rows if given.by == "job" else group_table(rows, given.by.split(",") if given.by else None)
+    if given.out is not None:
+        save(found, given.out)
+    if given.by != "job" or given.out is None:
+        _print(found, f"{len(rows)} jobs, {given.dir}; [low, high] are 95 % bootstrap intervals")
+    if given.out is not None:
+        Console(soft_wrap=True).print(f"{len(found)} rows are in {given.out}", markup=False)
+
+
+def _print(rows: Sequence[dict[str, Any]], title: str) -> None:
+    shown = Table(title=escape(title), title_justify="left")
+    heads = [head for head in columns(rows) if not head.endswith(("_low", "_high"))]
+    for head in heads:
+        shown.add_column(escape(head))
+    for row in rows:
+        shown.add_row(*(escape(_cell(row, head)) for head in heads))
+    Console(width=None if sys.stdout.isatty() else 200).print(shown)
+
+
+def _cell(row: dict[str, Any], head: str) -> str:
+    value = text(row.get(head), 3)
+    between = [text(row.get(f"{head}{end}"), 3) for end in ("_low", "_high")]
+    return f"{value} [{between[0]}, {between[1]}]" if all(between) and value else value
+
+
+def comparison(given: argparse.Namespace) -> None:
+    """Print the comparison of two sweeps."""
+    told, console = compare(given.dir_a, given.dir_b), Console(soft_wrap=True, highlight=False)
+    low, high = told.ratio_interval
+    console.print(f"{len(told.a)} pairs by {', '.join(told.paired_by)}; {told.unpaired} jobs without a partner", markup=False)
+    console.print(f"error of B over that of A: {told.ratio:.3f} [{low:.3f}, {high:.3f}] (geometric mean, 95 % bootstrap)", markup=False)
+    nearer = f"B is nearer in {int((told.b < told.a).sum())} of {len(told.a)}"
+    console.print(f"medians: A {_median(told.a)} {told.unit}, B {_median(told.b)} {told.unit}; {nearer}")
+    shown = Table(title="what differs in config.yaml" if told.differs else "the configurations are equal", title_justify="left")
+    for head in ("key", "A", "B"):
+        shown.add_column(head, overflow="fold")
+    for line in told.differs[:40]:
+        shown.add_row(*map(escape, line))
+    if told.differs:
+        console.print(shown)
+    if len(told.differs) > 40:
+        console.print(f"and {len(told.differs) - 40} keys more")
+
+
+def _median(errors: Any) -> str:
+    return f"{np.median(errors):.1f}"
+
+
+def worst_jobs(given: argparse.Namespace) -> None:
+    """Print the jobs to look at first."""
+    rows = records(Manifest.read(given.dir).outcomes())
+    found, console = worst(rows, given.count), Console(soft_wrap=True, highlight=False)
+    if not found:
+        return console.print(f"nothing among {len(rows)} jobs is failed, wrong or far off", markup=False)
+    shown = Table(title=escape(f"the jobs of {given.dir} to look at first"), title_justify="left")
+    for head in ("job", "why", "error", "sd", "NEES", "verdict", "scored"):
+        shown.add_column(head)
+    for row, why in found:
+        missed = "" if error_of(row) is None else "{:.1f} {}".format(*shown_error(row))
+        sd = row.get("calibrated.sd_m")
+        cells = [missed, "" if sd is None else f"{1e3 * sd:.1f} mm", *(text(row.get(key), 3) for key in KEYS)]
+        shown.add_row(escape(row["job"]), why, *cells)
+    Console(width=None if sys.stdout.isatty() else 160).print(shown)
+    console.print(f"see one: python -m oio.figures {given.dir / found[0][0]['job']}", markup=False)
+
+
+KEYS = ("calibrated.nees_source", "verdict", "scored.word")

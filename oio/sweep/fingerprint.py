@@ -1,0 +1,92 @@
+"""What results depend on besides a job's overrides: the code, the configuration files, the packages, and the files that a run reads."""
+
+import functools
+import hashlib
+import os
+import platform
+from collections.abc import Iterator, Sequence
+from importlib import metadata
+from pathlib import Path
+
+from omegaconf import DictConfig, ListConfig
+
+from oio.cli.experiment import PACKAGES
+from oio.core.folders import CONF, ROOT
+
+CODE = ("oio", "pipelines", "hardware")
+SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv")
+NO_RESULT = ("oio/bench", "oio/figures", "oio/sweep", "oio/testing", "hardware/firmware")  # rooms that no number of a run depends on
+
+
+@functools.cache
+def version_of_everything(folders: tuple[Path, ...] = ()) -> str:
+    """Return a hash of code, configuration (the user's own `folders` too), Python and packages, as 16 hexadecimal digits."""
+    told = hashlib.sha256(platform.python_version().encode())
+    for package in PACKAGES:
+        told.update(f"{package} {_installed(package)}\n".encode())
+    for root in (*(ROOT / name for name in CODE), CONF, *folders):
+        for path in _sources(root):
+            told.update(f"{path.relative_to(root)}\n".encode())
+            told.update(path.read_bytes())
+    return told.hexdigest()[:16]
+
+
+def folders_of(places: Sequence[str]) -> tuple[Path, ...]:
+    """Return those of the places that are folders."""
+    return tuple(Path(place.removeprefix("file://")) for place in places if place.startswith("file://"))
+
+
+def _sources(root: Path) -> Iterator[Path]:
+    excluded = {ROOT / name for name in NO_RESULT}
+    for path in sorted(root.rglob("*")):
+        if path.suffix in SUFFIXES and not excluded.intersection(path.parents) and path.is_file():
+            yield path
+
+
+def _installed(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "-"
+
+
+def input_files(cfg: DictConfig) -> dict[str, str]:
+    """Return the files that a configuration names, as they are or below OIO_DATA, with the hash of their bytes: logs, recordings, air."""
+    found: dict[str, str] = {}
+    for text in sorted(set(_texts(cfg))):
+        for path in (Path(text), Path(os.environ.get("OIO_DATA", "data")) / text) if 0 < len(text) < 1024 else ():
+            if "." in text or "/" in text:
+                found |= {str(file): hash_of(file) for file in _files(path) if not file.resolve().is_relative_to(ROOT / "hardware")}
+    return found
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    return sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() and path.name else []
+
+
+def hash_of(path: Path) -> str:
+    """Return the hash of a file's bytes, read once per size and time of change; `-` if it cannot be read."""
+    try:
+        about = path.stat()
+        return _hash(path, about.st_size, about.st_mtime_ns)
+    except OSError:
+        return "-"
+
+
+@functools.lru_cache(maxsize=4096)
+def _hash(path: Path, size: int, mtime_ns: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+
+
+def _texts(node: object) -> Iterator[str]:
+    if isinstance(node, str):
+        yield node
+    elif isinstance(node, DictConfig | dict):
+        for value in node.values():
+            yield from _texts(value)
+    elif isinstance(node, ListConfig | Sequence):
+        for value in node:
+            yield from _texts(value)

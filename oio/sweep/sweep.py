@@ -1,0 +1,99 @@
+"""The sweep: what is done is not done again, what failed or was stopped is, and everything is told before it begins."""
+
+import shutil
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from oio.core.errors import BadInput
+from oio.sweep.attempts import set_aside
+from oio.sweep.engine import Engine
+from oio.sweep.manifest import Job, Manifest, Outcome
+from oio.sweep.progress import SweepProgress
+from oio.sweep.worker import Work
+
+AGAIN = {"failed": "failed", "interrupted": "were stopped", "killed": "were killed", "outdated": "read files that have changed since"}
+BYTES_PER_JOB = 3_000_000  # a run of the default configuration leaves 1.7 MB
+
+
+def adopt_version(manifest: Manifest, version: str, any_version: bool = False) -> None:
+    """Note the version of code and configuration with which the sweep goes on.
+
+    Raises BadInput if jobs were done by another one, unless `any_version`: then the manifest names both.
+    """
+    if manifest.version == version:
+        return
+    if not any(outcome.state == "done" for outcome in manifest.outcomes()):
+        manifest.version = version
+    elif any_version:
+        manifest.version = "+".join(dict.fromkeys([*manifest.version.split("+"), version]))
+    else:
+        raise BadInput(
+            f"{manifest.folder} holds results of another version of the code, the configuration or the packages ({manifest.version}, now "
+            f"{version}); a table over both would compare unlike things. Give another hydra.sweep.dir, or type "
+            f"python -m oio.sweep resume {manifest.folder} --any-version to keep what is done."
+        )
+
+
+def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, places: tuple[str, ...]) -> list[Outcome]:
+    """Run those of the jobs that are not done, and return how all of them stand. The manifest is written before the first begins."""
+    _wait_for_others(manifest, jobs)
+    before = {job: manifest.outcome(job) for job in jobs}
+    todo = [job for job in jobs if before[job].state != "done"]
+    _refuse_full_disk(manifest.folder, len(todo))
+    manifest.write()
+    _tell(list(before.values()), manifest.folder)
+    for job in todo:
+        set_aside(manifest.folder / job.folder)
+    ended = {}
+    works = [Work(job, manifest.folder / job.folder, places) for job in todo]
+    with SweepProgress(len(todo)) as progress:
+        try:
+            for work, state, error in engine.run(works):
+                ended[work.job] = state, error
+                progress.ended(state)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(_stopped(manifest, jobs)) from None
+    return [_outcome(manifest, job, ended.get(job)) for job in jobs]
+
+
+def _outcome(manifest: Manifest, job: Job, ended: tuple[str, str | None] | None) -> Outcome:
+    found = manifest.outcome(job)
+    return Outcome(job, *ended, None) if found.state in ("missing", "killed") and ended is not None else found
+
+
+def _wait_for_others(manifest: Manifest, jobs: Sequence[Job]) -> None:
+    """Wait for jobs that a killed sweep has left running; they end by themselves within seconds."""
+    told = False
+    while any(manifest.outcome(job).state == "running" for job in jobs):
+        if not told:
+            sys.stderr.write("waiting for jobs that an earlier command has left running\n")
+            told = True
+        time.sleep(0.2)
+
+
+def _tell(before: Sequence[Outcome], folder: Path) -> None:
+    """Say what is skipped and what is run again, and why; nothing where all is new."""
+    states = Counter(outcome.state for outcome in before)
+    if set(states) == {"missing"}:
+        return
+    again = [f"{states[state]} {why} and run again" for state, why in AGAIN.items() if states[state]]
+    new = [f"{states['missing']} are new"] if states["missing"] else []
+    done = f"{states['done']} are done already and are not run again" if states["done"] else ""
+    sys.stderr.write(f"{len(before)} jobs in {folder}: {', '.join(part for part in (done, *again, *new) if part)}\n")
+
+
+def _refuse_full_disk(folder: Path, jobs: int) -> None:
+    free, needed = shutil.disk_usage(folder).free, jobs * BYTES_PER_JOB
+    if needed > free:
+        raise BadInput(
+            f"{jobs} jobs need about {needed / 1e6:.0f} MB, but {folder} has {free / 1e6:.0f} MB left. Give a folder on a larger disk, "
+            "hydra.sweep.dir=..., or sweep in parts."
+        )
+
+
+def _stopped(manifest: Manifest, jobs: Sequence[Job]) -> str:
+    done = sum(manifest.outcome(job).state == "done" for job in jobs)
+    return f"stopped; {done} of {len(jobs)} jobs are done and kept. Go on with: python -m oio.sweep resume {manifest.folder}"

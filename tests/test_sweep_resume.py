@@ -1,0 +1,258 @@
+"""A sweep that is stopped, killed or begun again: what is done is kept and not run again, and nothing old is shown as new."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from oio.cli.run_folder import RunFolder, state_of, write_status
+from oio.sweep.manifest import Manifest
+
+ROOT = Path(__file__).resolve().parents[1]
+TINY = "stage=[warm_up,baseline]"
+JOBLIB = ("hydra/launcher=joblib", "hydra.launcher.n_jobs=2")
+
+
+def words(folder, *given):
+    return [sys.executable, "-m", "oio.run", "-m", *given, TINY, f"hydra.sweep.dir={folder}"]
+
+
+def sweep(folder, *given):
+    return subprocess.run(words(folder, *given), cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+
+
+def tool(*given):
+    line = [sys.executable, "-m", "oio.sweep", *map(str, given)]
+    return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+
+
+def stamps(folder):
+    """When each job's result was written."""
+    return {path.parent.name: path.stat().st_mtime_ns for path in folder.glob("*/summary.json")}
+
+
+def begun(folder, least=1):
+    """Wait until so many jobs have begun."""
+    until = time.monotonic() + 120
+    while len(list(folder.glob("*/run.mcap.part"))) < least:
+        assert time.monotonic() < until, "no job began"
+        time.sleep(0.02)
+
+
+# ---- a used folder
+
+
+@pytest.fixture(scope="module")
+def used(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("used") / "sweep"
+    done = sweep(folder, "sensor=ndir", "seed=0,1")
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_another_sweep_into_the_folder_is_not_answered_with_the_old_results(used):
+    before = stamps(used)
+    done = sweep(used, "sensor=ndir", "seed=0,1", "air=draft")
+    assert done.returncode == 0 and "still" not in done.stdout, done.stdout
+    assert done.stdout.count("draft") == 2 and "2 jobs," in done.stdout
+    assert {name: stamps(used)[name] for name in before} == before
+
+
+def test_the_same_sweep_runs_nothing_and_says_so(used):
+    before = stamps(used)
+    done = sweep(used, "seed=0,1", "sensor=ndir")  # in another order, too
+    assert done.returncode == 0 and "2 are done already and are not run again" in done.stderr
+    assert stamps(used) == before
+
+
+def test_more_seeds_extend_it(used):
+    before = stamps(used)
+    done = sweep(used, "sensor=ndir", "seed=0,1,2")
+    assert "2 are done already and are not run again, 1 are new" in done.stderr
+    assert {name: stamps(used)[name] for name in before} == before and len(stamps(used)) == len(before) + 1
+
+
+def test_results_of_another_version_are_not_mixed_in(used):
+    path = used / "sweep.json"
+    kept = path.read_text(encoding="utf-8")
+    path.write_text(kept.replace(Manifest.read(used).version, "0123456789abcdef"), encoding="utf-8")
+    try:
+        done = sweep(used, "sensor=ndir", "seed=0,1")
+        assert done.returncode == 2 and "another version" in done.stderr and "--any-version" in done.stderr
+        assert tool("resume", used).returncode == 2
+        assert tool("resume", used, "--any-version").returncode == 0
+    finally:
+        path.write_text(kept, encoding="utf-8")
+
+
+def test_a_folder_of_runs_that_are_no_sweep_is_refused(tmp_path):
+    (tmp_path / "0_ec_5dof_seed0").mkdir()
+    write_status(tmp_path / "0_ec_5dof_seed0", "done")
+    done = sweep(tmp_path, "sensor=ndir", "seed=0,1")
+    assert done.returncode == 2 and "of no sweep known here" in done.stderr
+
+
+def test_two_jobs_never_share_a_folder(tmp_path):
+    done = sweep(tmp_path / "s", "sensor=ndir", "seed=0,1", "hydra.sweep.subdir=x")
+    assert done.returncode == 2 and "a folder of its own" in done.stderr
+
+
+# ---- stopped and killed
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_ends_the_sweep_within_seconds_and_says_how_to_go_on(tmp_path, number):
+    folder = tmp_path / "sweep"
+    going = subprocess.Popen(words(folder, *JOBLIB, "sensor=ndir", "seed=range(0,40)"), cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    begun(folder)
+    asked = time.monotonic()
+    going.send_signal(number)
+    said = going.communicate(timeout=60)[1]
+    assert going.returncode == 130 and time.monotonic() - asked < 5.0
+    assert f"Go on with: python -m oio.sweep resume {folder}" in said
+    assert "Traceback" not in said
+    states = [outcome.state for outcome in Manifest.read(folder).outcomes()]
+    assert "missing" in states and set(states) <= {"done", "interrupted", "missing"}
+
+
+def test_the_one_by_one_sweep_stops_as_well(tmp_path):
+    folder = tmp_path / "sweep"
+    going = subprocess.Popen(words(folder, "sensor=ndir", "seed=range(0,40)"), cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    begun(folder)
+    going.send_signal(signal.SIGINT)
+    said = going.communicate(timeout=60)[1]
+    assert going.returncode == 130 and "resume" in said and "Traceback" not in said
+
+
+def test_a_killed_sweep_is_resumed_to_the_table_of_an_undisturbed_one(tmp_path):
+    calm, stormy = tmp_path / "calm", tmp_path / "stormy"
+    given = ("sensor=ndir,pa", "seed=range(0,4)")
+    assert sweep(calm, *JOBLIB, *given).returncode == 0
+    going = subprocess.Popen(words(stormy, *JOBLIB, *given), cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    begun(stormy)
+    going.kill()
+    going.wait()
+    assert "not running" in tool("status", stormy).stdout
+    resumed = tool("resume", stormy)
+    assert resumed.returncode == 0, resumed.stderr
+    assert table(stormy) == table(calm)
+
+
+def test_a_killed_worker_costs_its_job_a_retry(tmp_path):
+    calm, stormy = tmp_path / "calm", tmp_path / "stormy"
+    given = ("sensor=ndir", "seed=range(0,6)")
+    assert sweep(calm, *JOBLIB, *given).returncode == 0
+    going = subprocess.Popen(words(stormy, *JOBLIB, *given), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    begun(stormy)
+    for worker in workers_of(going.pid)[:1]:
+        os.kill(worker, signal.SIGKILL)
+    said = going.communicate(timeout=120)
+    assert going.returncode == 0, said
+    assert table(stormy) == table(calm)
+
+
+def workers_of(parent):
+    """Process numbers of the loky workers of a process."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            stat, command = (path / "stat").read_text(), (path / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if stat.rsplit(")", 1)[1].split()[1] == str(parent) and b"popen_loky" in command:
+            found.append(int(path.name))
+    return found
+
+
+def table(folder):
+    """The table of all jobs as bytes."""
+    out = folder.parent / f"{folder.name}.csv"
+    assert tool("table", folder, "--by", "job", "--out", out).returncode == 0
+    return out.read_bytes()
+
+
+def test_jobs_that_failed_run_again_when_the_reason_is_gone(used, tmp_path):
+    folder = tmp_path / "sweep"
+    assert sweep(folder, "sensor=ndir", "seed=0,1").returncode == 0
+    write_status(folder / "1_ndir_5dof_seed1", "failed", "the disk was full")
+    before = stamps(folder)
+    said = tool("status", folder).stdout
+    assert "1 done, 1 failed" in said and "the disk was full" in said
+    resumed = tool("resume", folder)
+    assert resumed.returncode == 0 and "1 failed and run again" in resumed.stderr
+    assert stamps(folder)["0_ndir_5dof_seed0"] == before["0_ndir_5dof_seed0"]
+    assert (folder / "1_ndir_5dof_seed1.attempt1").is_dir()  # nothing is lost
+
+
+def test_a_run_whose_process_is_gone_is_known_from_one_that_goes_on(tmp_path):
+    with RunFolder(tmp_path / "run"):
+        assert state_of(tmp_path / "run") == ("running", None)
+    write_status(tmp_path / "run", "running")
+    assert state_of(tmp_path / "run") == ("killed", None)
+    (tmp_path / "run" / "status.json").write_text("{", encoding="utf-8")
+    assert state_of(tmp_path / "run")[0] == "killed"
+
+
+def test_two_sweeps_in_one_folder_at_a_time_are_refused(tmp_path):
+    folder = tmp_path / "sweep"
+    going = subprocess.Popen(words(folder, "sensor=ndir", "seed=range(0,40)"), cwd=ROOT, stderr=subprocess.DEVNULL)
+    try:
+        begun(folder)
+        assert "running" in tool("status", folder).stdout
+        second = tool("resume", folder)
+        assert second.returncode == 2 and "a sweep is running" in second.stderr
+    finally:
+        going.terminate()
+        going.wait()
+
+
+def test_sweeps_of_the_same_second_share_no_folder(tmp_path):
+    line = [sys.executable, "-m", "oio.run", "-m", "sensor=ndir", "seed=0", TINY]
+    going = [subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": str(ROOT)}) for _ in range(4)]
+    assert [each.wait(timeout=300) for each in going] == [0] * 4
+    assert len(list(tmp_path.glob("outputs/*/*_sweep/sweep.json"))) == 4
+
+
+# ---- launchers
+
+
+@pytest.mark.parametrize("backend", ["dask", "ray", "threading", "multiprocessing"])
+def test_a_backend_that_is_not_there_is_refused_and_not_replaced(tmp_path, backend):
+    done = sweep(tmp_path / "s", *JOBLIB, f"hydra.launcher.backend={backend}", "seed=0,1")
+    assert done.returncode == 2 and f"hydra.launcher.backend={backend} was given" in done.stderr
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("hydra/launcher=x", "hydra/launcher can be joblib, basic, dask"),
+        ("hydra.launcher.n_jobs=0", "1 or more"),
+        ("hydra.launcher.retries=-1", "0 or more"),
+        ("stage.warm_up.max_s=interval(50,60)", "hydra/sweeper=optuna"),
+    ],
+)
+def test_wrong_words_for_a_launcher(tmp_path, word, said):
+    done = sweep(tmp_path / "s", "hydra/launcher=joblib", word, "seed=0,1")
+    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+    assert not (tmp_path / "s").exists()
+
+
+def test_the_manifest_is_data(tmp_path):
+    """An override in sweep.json that would name a class to build is refused."""
+    folder = tmp_path / "sweep"
+    assert sweep(folder, "sensor=ndir", "seed=0,1").returncode == 0
+    told = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
+    told["jobs"][0]["overrides"].append("+sensor._target_=os.system")
+    (folder / "sweep.json").write_text(json.dumps(told), encoding="utf-8")
+    done = tool("resume", folder)
+    assert done.returncode == 2 and "_target_" in done.stderr
+    told["jobs"][0]["overrides"].pop()
+    told["jobs"][0]["folder"] = "../elsewhere"
+    (folder / "sweep.json").write_text(json.dumps(told), encoding="utf-8")
+    assert tool("resume", folder).returncode == 2
