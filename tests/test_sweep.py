@@ -16,7 +16,7 @@ from oio.sweep.job_table import show_sweep
 from oio.sweep.manifest import Job, Outcome
 
 ROOT = Path(__file__).resolve().parents[1]
-TINY = ("stage=[warm_up,baseline]",)
+TINY = ("stage=[warm_up,baseline]", "cache=off")
 
 
 def sweep(folder, *words):

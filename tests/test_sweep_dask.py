@@ -14,11 +14,11 @@ from oio.sweep.manifest import Manifest
 pytest.importorskip("distributed")
 
 ROOT = Path(__file__).resolve().parents[1]
-TINY = "stage=[warm_up,baseline]"
+TINY = ("stage=[warm_up,baseline]", "cache=off")  # so that no test is answered by another
 
 
 def sweep_words(folder, *given):
-    return [sys.executable, "-m", "oio.run", "-m", *given, TINY, f"hydra.sweep.dir={folder}"]
+    return [sys.executable, "-m", "oio.run", "-m", *given, *TINY, f"hydra.sweep.dir={folder}"]
 
 
 @pytest.fixture

@@ -14,12 +14,12 @@ from oio.cli.run_folder import RunFolder, state_of, write_status
 from oio.sweep.manifest import Manifest
 
 ROOT = Path(__file__).resolve().parents[1]
-TINY = "stage=[warm_up,baseline]"
+TINY = ("stage=[warm_up,baseline]", "cache=off")  # so that no test is answered by another
 JOBLIB = ("hydra/launcher=joblib", "hydra.launcher.n_jobs=2")
 
 
 def words(folder, *given):
-    return [sys.executable, "-m", "oio.run", "-m", *given, TINY, f"hydra.sweep.dir={folder}"]
+    return [sys.executable, "-m", "oio.run", "-m", *given, *TINY, f"hydra.sweep.dir={folder}"]
 
 
 def sweep(folder, *given):
@@ -212,7 +212,7 @@ def test_two_sweeps_in_one_folder_at_a_time_are_refused(tmp_path):
 
 
 def test_sweeps_of_the_same_second_share_no_folder(tmp_path):
-    line = [sys.executable, "-m", "oio.run", "-m", "sensor=ndir", "seed=0", TINY]
+    line = [sys.executable, "-m", "oio.run", "-m", "sensor=ndir", "seed=0", *TINY]
     going = [subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": str(ROOT)}) for _ in range(4)]
     assert [each.wait(timeout=300) for each in going] == [0] * 4
     assert len(list(tmp_path.glob("outputs/*/*_sweep/sweep.json"))) == 4

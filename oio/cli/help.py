@@ -11,6 +11,7 @@ HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on 
 
   python -m oio.run sensor=ec dof=5                     one run in simulation
   python -m oio.run -m sensor=ec,ndir seed=0,1,2 hydra/launcher=joblib    a sweep, in parallel
+  python -m oio.sweep resume FOLDER                     a sweep that was stopped goes on; also status, table, compare, worst
   python -m oio.run backend=replay backend.log=RUN/run.mcap               the same estimator on a log
   python -m oio.figures RUN                             a picture of a run
   python -m oio.run sensor=ec dof=5 --cfg job           every number that a run would use

@@ -15,6 +15,7 @@ from oio.sweep.fingerprint import folders_of, version_of_everything
 from oio.sweep.job_table import show_sweep
 from oio.sweep.launch import engine_of
 from oio.sweep.manifest import Manifest, locked
+from oio.sweep.store import Store
 from oio.sweep.sweep import adopt_version, run_sweep
 
 EXAMPLES = """\
@@ -82,7 +83,7 @@ def _resume(given: argparse.Namespace) -> None:
         adopt_version(manifest, version_of_everything(folders_of(places)), given.any_version)
         if given.jobs is not None:
             manifest.launcher = {**manifest.launcher, "name": "joblib", "processes": given.jobs}
-        outcomes = run_sweep(manifest, manifest.jobs, engine_of(manifest.launcher), places)
+        outcomes = run_sweep(manifest, manifest.jobs, engine_of(manifest.launcher), Store.of(manifest, places), places)
     show_sweep(outcomes, str(given.dir))
     failed = sum(outcome.state != "done" for outcome in outcomes)
     if failed:

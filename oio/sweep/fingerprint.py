@@ -2,6 +2,7 @@
 
 import functools
 import hashlib
+import importlib.util
 import os
 import platform
 from collections.abc import Iterator, Sequence
@@ -51,13 +52,28 @@ def _installed(package: str) -> str:
 
 
 def input_files(cfg: DictConfig) -> dict[str, str]:
-    """Return the files that a configuration names, as they are or below OIO_DATA, with the hash of their bytes: logs, recordings, air."""
-    found: dict[str, str] = {}
+    """Return the files that a configuration names, with the hash of their bytes: logs, recordings and air, as they are or below OIO_DATA,
+    and the code of other packages that it builds from (`_target_`)."""
+    found = {str(file): hash_of(file) for package in _packages(cfg) for file in _code(package)}
     for text in sorted(set(_texts(cfg))):
         for path in (Path(text), Path(os.environ.get("OIO_DATA", "data")) / text) if 0 < len(text) < 1024 else ():
             if "." in text or "/" in text:
                 found |= {str(file): hash_of(file) for file in _files(path) if not file.resolve().is_relative_to(ROOT / "hardware")}
     return found
+
+
+def _packages(cfg: DictConfig) -> set[str]:
+    """The packages, other than the project's, whose classes a configuration names."""
+    targets = {text.split(".")[0] for key, text in _entries(cfg) if key == "_target_"}
+    return {name for name in targets if name not in CODE}
+
+
+def _code(package: str) -> list[Path]:
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        return []
+    path = Path(spec.origin)
+    return sorted(path.parent.rglob("*.py")) if path.name == "__init__.py" else [path]
 
 
 def _files(path: Path) -> list[Path]:
@@ -82,11 +98,16 @@ def _hash(path: Path, size: int, mtime_ns: int) -> str:
 
 
 def _texts(node: object) -> Iterator[str]:
+    return (text for _, text in _entries(node))
+
+
+def _entries(node: object, key: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the texts of a configuration, each with its key."""
     if isinstance(node, str):
-        yield node
+        yield key, node
     elif isinstance(node, DictConfig | dict):
-        for value in node.values():
-            yield from _texts(value)
+        for name, value in node.items():
+            yield from _entries(value, str(name))
     elif isinstance(node, ListConfig | Sequence):
         for value in node:
-            yield from _texts(value)
+            yield from _entries(value, key)

@@ -15,6 +15,7 @@ from oio.sweep.engine import Engine, InThisProcess, WorkerProcesses
 from oio.sweep.fingerprint import folders_of, version_of_everything
 from oio.sweep.manifest import MANIFEST, Job, Manifest, Outcome, locked
 from oio.sweep.objective import returned
+from oio.sweep.store import Store
 from oio.sweep.sweep import adopt_version, run_sweep
 
 LAUNCHED: list[Outcome] = []  # how the jobs of this command ended, for the table at its end
@@ -29,21 +30,27 @@ def launch(
     With `seeds`, each of the overrides is run with each of them, and returns the median of the objective.
     """
     folder, places = Path(config.hydra.sweep.dir), search_places(config)
+    version = version_of_everything(folders_of(places))
+    if config.cache not in ("on", "off"):
+        raise BadInput(f"cache={config.cache} was given, but cache can be on or off. Type e.g. cache=off.")
     with locked(folder):
-        manifest = _manifest(folder, version_of_everything(folders_of(places)))
-        adopt_version(manifest, version_of_everything(folders_of(places)))
+        manifest = _manifest(folder, version)
+        adopt_version(manifest, version)
         asked = [words for group in overrides for words in _with_seeds(group, seeds)]
         jobs = _matched(manifest, asked, first, FolderNames(config, places))
         manifest.command, manifest.launcher, manifest.places = sys.argv[1:], {"name": launcher, **settings}, list(places)
-        outcomes = run_sweep(manifest, jobs, engine_of(manifest.launcher), places)
+        manifest.cache = config.cache
+        outcomes = run_sweep(manifest, jobs, engine_of(manifest.launcher), Store.of(manifest, places), places)
     LAUNCHED.extend(outcomes)
     each = max(len(seeds), 1)
     return [returned(outcomes[i : i + each], words, objective) for i, words in zip(range(0, len(outcomes), each), overrides, strict=True)]
 
 
 def _with_seeds(words: Sequence[str], seeds: Sequence[int]) -> list[Sequence[str]]:
-    others = [word for word in words if not word.startswith("seed=")]
-    return [[*others, f"seed={seed}"] for seed in seeds] or [words]
+    """The overrides with each seed; without those that do not change a run."""
+    plain = [word for word in words if not word.startswith("cache=")]
+    others = [word for word in plain if not word.startswith("seed=")]
+    return [[*others, f"seed={seed}"] for seed in seeds] or [plain]
 
 
 def engine_of(launcher: Mapping[str, Any]) -> Engine:

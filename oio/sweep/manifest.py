@@ -49,6 +49,7 @@ class Manifest:
     command: list[str] = field(default_factory=list)  # the last one: its words after `python -m oio.run`
     launcher: dict[str, Any] = field(default_factory=lambda: {"name": "basic"})  # name and settings
     places: list[str] = field(default_factory=list)  # further folders on Hydra's search path
+    cache: str = "on"  # whether runs of earlier sweeps are taken
     jobs: list[Job] = field(default_factory=list)
 
     @classmethod
@@ -58,12 +59,12 @@ class Manifest:
         if read is None or read.get("schema") != SCHEMA:
             raise BadInput(f"{folder} holds no sweep ({MANIFEST}). Give the folder of one, as `python -m oio.run -m` tells it at the end.")
         jobs = [_job(job, folder) for job in read["jobs"]]
-        return cls(folder, read["version"], read["command"], read["launcher"], read["places"], jobs)
+        return cls(folder, read["version"], read["command"], read["launcher"], read["places"], read["cache"], jobs)
 
     def write(self) -> None:
         """Write sweep.json, whole or not at all."""
         jobs = [{"number": job.number, "overrides": list(job.words), "folder": job.folder} for job in self.jobs]
-        about = {"version": self.version, "command": self.command, "launcher": self.launcher, "places": self.places}
+        about = {"version": self.version, "command": self.command, "launcher": self.launcher, "places": self.places, "cache": self.cache}
         told = {"schema": SCHEMA, **about, "jobs": jobs}
         write_whole(self.folder / MANIFEST, json.dumps(told, indent=1) + "\n")
 

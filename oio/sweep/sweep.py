@@ -12,6 +12,7 @@ from oio.sweep.attempts import set_aside
 from oio.sweep.engine import Engine
 from oio.sweep.manifest import Job, Manifest, Outcome
 from oio.sweep.progress import SweepProgress
+from oio.sweep.store import Store
 from oio.sweep.worker import Work
 
 AGAIN = {"failed": "failed", "interrupted": "were stopped", "killed": "were killed", "outdated": "read files that have changed since"}
@@ -37,8 +38,11 @@ def adopt_version(manifest: Manifest, version: str, any_version: bool = False) -
         )
 
 
-def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, places: tuple[str, ...]) -> list[Outcome]:
-    """Run those of the jobs that are not done, and return how all of them stand. The manifest is written before the first begins."""
+def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: Store | None, places: tuple[str, ...]) -> list[Outcome]:
+    """Run those of the jobs that are not done and are not in the store, and return how all of them stand.
+
+    The manifest is written before the first begins.
+    """
     _wait_for_others(manifest, jobs)
     before = {job: manifest.outcome(job) for job in jobs}
     todo = [job for job in jobs if before[job].state != "done"]
@@ -47,16 +51,33 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, places: t
     _tell(list(before.values()), manifest.folder)
     for job in todo:
         set_aside(manifest.folder / job.folder)
+    todo, taken = _from_store(manifest, todo, store)
+    _tell_taken(taken, store)
     ended = {}
     works = [Work(job, manifest.folder / job.folder, places) for job in todo]
     with SweepProgress(len(todo)) as progress:
         try:
             for work, state, error in engine.run(works):
                 ended[work.job] = state, error
+                if state == "done" and store is not None:
+                    store.keep(work.job, work.out)
                 progress.ended(state)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(_stopped(manifest, jobs)) from None
     return [_outcome(manifest, job, ended.get(job)) for job in jobs]
+
+
+def _from_store(manifest: Manifest, todo: Sequence[Job], store: Store | None) -> tuple[list[Job], int]:
+    """Return the jobs that are left to run, and how many were taken from the store."""
+    if store is None:
+        return list(todo), 0
+    left = [job for job in todo if not store.restore(job, manifest.folder / job.folder)]
+    return left, len(todo) - len(left)
+
+
+def _tell_taken(taken: int, store: Store | None) -> None:
+    if store is not None and taken:
+        sys.stderr.write(f"{taken} jobs are as in an earlier sweep, and are taken from {store.folder} (cache=off runs them again)\n")
 
 
 def _outcome(manifest: Manifest, job: Job, ended: tuple[str, str | None] | None) -> Outcome:
