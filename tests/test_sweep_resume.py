@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from oio.cli.run_folder import RunFolder, state_of, write_status
@@ -154,6 +155,58 @@ def test_a_killed_worker_costs_its_job_a_retry(tmp_path):
     said = going.communicate(timeout=120)
     assert going.returncode == 0, said
     assert table(stormy) == table(calm)
+
+
+@pytest.mark.slow
+def test_twenty_kills_change_nothing_in_the_table(tmp_path):
+    """SIGKILL of a worker or of the parent at a random moment, twenty times; then the sweep is resumed to its end."""
+    rng = np.random.default_rng(20)
+    calm, stormy = tmp_path / "calm", tmp_path / "stormy"
+    given = ("sensor=ndir,pa,ec,mox_mq,mox_mics", "seed=range(0,20)")
+    assert sweep(calm, *JOBLIB, *given).returncode == 0
+    line, met = words(stormy, *JOBLIB, *given), 0
+    for kill in range(20):
+        going = subprocess.Popen(line, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        line = [sys.executable, "-m", "oio.sweep", "resume", str(stormy)] if (stormy / "sweep.json").exists() else line
+        time.sleep(float(rng.uniform(2.5, 5.0)))
+        for worker in workers_of(going.pid)[: kill % 3]:
+            os.kill(worker, signal.SIGKILL)
+        time.sleep(float(rng.uniform(0.0, 2.0)))
+        going.kill()
+        going.wait()
+        met += any(outcome.state != "done" for outcome in Manifest.read(stormy).outcomes()) if (stormy / "sweep.json").exists() else 1
+    assert tool("resume", stormy).returncode == 0
+    assert table(stormy) == table(calm)
+    assert met >= 10, "the sweep was done before it was killed often enough"
+
+
+@pytest.mark.slow
+def test_a_full_disk_costs_the_jobs_that_it_met_and_no_others(tmp_path):
+    calm, small = tmp_path / "calm", tmp_path / "small"
+    small.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=40M", "tmpfs", str(small)], capture_output=True, check=False).returncode != 0:
+        pytest.skip("no small disk can be mounted here")
+    try:
+        given = ("sensor=ndir", "seed=range(0,10)")
+        assert sweep(calm, *given).returncode == 0
+        going = subprocess.Popen(words(small / "s", *given), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while len(list((small / "s").glob("*/summary.json"))) < 3:
+            time.sleep(0.05)
+        subprocess.run(["dd", "if=/dev/zero", f"of={small / 'fill'}", "bs=64k"], capture_output=True, check=False)  # until it is full
+        said = going.communicate(timeout=200)
+        assert going.returncode == 1, said
+        (small / "fill").unlink()
+        resumed = tool("resume", small / "s")
+        assert resumed.returncode == 0 and "3 are done already" in resumed.stderr, resumed.stderr
+        assert records(small / "s") == records(calm)
+    finally:
+        subprocess.run(["umount", str(small)], check=False)
+
+
+def records(folder):
+    from oio.sweep.records import records
+
+    return records(Manifest.read(folder).outcomes())
 
 
 def workers_of(parent):

@@ -10,6 +10,7 @@ from oio.core.errors import BadInput
 from oio.runtime.runner import check_order
 
 ASSEMBLIES = ("gum", "paper")
+LOGGING = ("full", "summary")
 BUILT_AT_MOST = 128
 _BUILT: dict[str, Any] = {}
 
@@ -21,6 +22,8 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         raise BadInput(f"{missing[0]} has no value. Type {missing[0]}=VALUE.")
     if cfg.assembly not in ASSEMBLIES:
         raise BadInput(f"assembly={cfg.assembly} was given, but assembly can be {' or '.join(ASSEMBLIES)}. Type e.g. assembly=gum.")
+    if cfg.logging not in LOGGING:
+        raise BadInput(f"logging={cfg.logging} was given, but logging can be {' or '.join(LOGGING)}. Type e.g. logging=full.")
     _whole("dof", cfg.dof, f"a rung of the ladder: {', '.join(map(str, cfg.arm.ladder))}", str(cfg.arm.ladder[-1]))
     _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
     names = {key: choices[key] for key in ("backend", "air", "ekf")}
@@ -34,7 +37,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     experiment = Experiment(
         arm=_built(cfg.arm), sensor=_built(cfg.sensor), backend=_built(cfg.backend), stages=stages,
         identity=identity,
-        config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides,
+        config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides, logged=cfg.logging == "full",
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment

@@ -6,6 +6,7 @@ import subprocess
 import time
 import traceback
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -20,7 +21,7 @@ from oio.core.folders import ROOT
 from oio.core.interfaces import Backend, Sensor, World
 from oio.kinematics.arm import Arm
 from oio.kinematics.model_loading import kinematics_mjcf
-from oio.log import RunLog
+from oio.log import MemoryLog, RunLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
 from oio.runtime.runner import Stage, check_order, run_stages
@@ -39,6 +40,7 @@ class Experiment:
     identity: dict[str, Any]
     config_yaml: str
     overrides: list[str]
+    logged: bool = True  # to run.mcap; else nothing of the run is kept but its numbers
 
     @property
     def seed(self) -> int:
@@ -82,12 +84,18 @@ def execute(experiment: Experiment, out: Path, quiet: bool = False, notes: Mappi
 
 def _stages(experiment: Experiment, world: World, out: Path, quiet: bool) -> dict[type, object]:
     arm, lines = experiment.arm, StageLines(quiet)
-    attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(arm.path)}
-    with RunLog.create(
-        out / "run.mcap", sensor=experiment.sensor.name, joints=arm.names, metadata=experiment.about(), attachments=attachments
-    ) as log, lines:  # fmt: skip
+    with _log(experiment, out) as log, lines:
         log.watchers.append(lines)
         return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw)
+
+
+def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:
+    if not experiment.logged:
+        return nullcontext(MemoryLog())
+    attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(experiment.arm.path)}
+    return RunLog.create(
+        out / "run.mcap", sensor=experiment.sensor.name, joints=experiment.arm.names, metadata=experiment.about(), attachments=attachments
+    )
 
 
 def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float) -> dict[str, Any]:

@@ -26,6 +26,7 @@ COLUMNS = (
     "u_a [ppm]",
     "wall [s]",
 )
+ROWS = 60  # of jobs in the terminal
 TEXT = ("job", "sensor", "air", "state")  # left-justified
 
 
@@ -34,10 +35,12 @@ def show_sweep(outcomes: Sequence[Outcome], where: str) -> None:
     table = Table(title=escape(f"{len(outcomes)} jobs, {where}"), title_justify="left")
     for head in COLUMNS:
         table.add_column(escape(head), justify="left" if head in TEXT else "right")
-    for outcome in outcomes:
+    for outcome in outcomes[:ROWS]:
         table.add_row(*_cells(outcome))
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(table)
+    if len(outcomes) > ROWS:
+        console.print(f"and {len(outcomes) - ROWS} jobs more: python -m oio.sweep table {where} --by job", markup=False, soft_wrap=True)
     show_groups([outcome.summary for outcome in outcomes if outcome.summary], console)
     for outcome in outcomes:
         if outcome.error:

@@ -16,7 +16,7 @@ from oio.sweep.store import Store
 from oio.sweep.worker import Work
 
 AGAIN = {"failed": "failed", "interrupted": "were stopped", "killed": "were killed", "outdated": "read files that have changed since"}
-BYTES_PER_JOB = 3_000_000  # a run of the default configuration leaves 1.7 MB
+BYTES_PER_JOB = {"full": 3_000_000, "summary": 100_000}  # by `logging`: a run of the default configuration leaves 1.7 MB, or 26 kB
 
 
 def adopt_version(manifest: Manifest, version: str, any_version: bool = False) -> None:
@@ -46,7 +46,7 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: St
     _wait_for_others(manifest, jobs)
     before = {job: manifest.outcome(job) for job in jobs}
     todo = [job for job in jobs if before[job].state != "done"]
-    _refuse_full_disk(manifest.folder, len(todo))
+    _refuse_full_disk(manifest.folder, todo)
     manifest.write()
     _tell(list(before.values()), manifest.folder)
     for job in todo:
@@ -106,13 +106,16 @@ def _tell(before: Sequence[Outcome], folder: Path) -> None:
     sys.stderr.write(f"{len(before)} jobs in {folder}: {', '.join(part for part in (done, *again, *new) if part)}\n")
 
 
-def _refuse_full_disk(folder: Path, jobs: int) -> None:
-    free, needed = shutil.disk_usage(folder).free, jobs * BYTES_PER_JOB
+def _refuse_full_disk(folder: Path, todo: Sequence[Job]) -> None:
+    free = shutil.disk_usage(folder).free
+    needed = sum(BYTES_PER_JOB["summary" if "logging=summary" in job.words else "full"] for job in todo)
     if needed > free:
         raise BadInput(
-            f"{jobs} jobs need about {needed / 1e6:.0f} MB, but {folder} has {free / 1e6:.0f} MB left. Give a folder on a larger disk, "
-            "hydra.sweep.dir=..., or sweep in parts."
+            f"{len(todo)} jobs need about {needed / 1e6:.0f} MB, but {folder} has {free / 1e6:.0f} MB left. Give one on a larger disk, "
+            "hydra.sweep.dir=..., type logging=summary, or sweep in parts."
         )
+    if len(todo) > 1:
+        sys.stderr.write(f"{len(todo)} jobs to run, about {needed / 1e6:.0f} MB at most of the {free / 1e9:.1f} GB that are left\n")
 
 
 def _stopped(manifest: Manifest, jobs: Sequence[Job]) -> str:
