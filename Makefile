@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 PY := $(VENV)/bin/python
 
-.PHONY: run test test-all lint format docs venv lock clean help
+.PHONY: run test test-all bench lint format docs venv lock clean help
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -42,6 +42,9 @@ test: lint  ## lint, types, contracts and the tests
 test-all: lint  ## the same with the slow tests, an hour or two
 	$(PY) -m pytest -n 2 --dist worksteal -m 'not alone'
 	$(PY) -m pytest -m alone
+
+bench: venv  ## what a step costs beside the least that it could, a minute or two
+	$(PY) tests/benchmarks docs/benchmarks.md
 
 lock: venv  ## make both lock files anew from pyproject.toml
 	$(PY) -m pip install --quiet uv

@@ -51,6 +51,9 @@ class Release:
         return np.where(on, np.exp(-np.maximum(t_s, 0.0) / self.fade_s), 0.0)
 
 
+STEADY = Release()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Emitter:
     """One source: centre (3,) m, full emission rate [ml/s], shape, and emission over time."""
@@ -58,12 +61,12 @@ class Emitter:
     place_m: Array
     rate_ml_s: float
     shape: Shape = Shape("point", 0.0, (0.0, 0.0, 1.0))
-    release: Release = Release()
+    release: Release = STEADY
 
     @property
     def is_plain(self) -> bool:
         """Whether this is a point at a constant rate."""
-        return self.shape.kind == "point" and self.release == Release()
+        return self.shape.kind == "point" and self.release == STEADY
 
 
 def _frame(axis: Array) -> tuple[Array, Array, Array]:

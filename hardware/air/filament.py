@@ -13,7 +13,7 @@ import numpy as np
 
 from hardware.air import puffs
 from hardware.air.aged_plume import VelocityProcess, plume_sway
-from hardware.air.emitter import Emitter
+from hardware.air.emitter import STEADY, Emitter
 from oio.core.records import Array
 from oio.core.settings import in_range, settings
 
@@ -139,7 +139,8 @@ class LiveFilament:
 
     def _amount(self, emitter: Emitter, t_s: Array) -> Array:
         """Gas in the puffs that an emitter releases at t_s (n,), over that of the strongest source at its full rate."""
-        return emitter.rate_ml_s / (self._puff_ml * self._per_s) * emitter.release.share(t_s) if self._puff_ml else np.zeros(len(t_s))
+        share = emitter.release.share(t_s) if emitter.release != STEADY else np.ones(len(t_s))
+        return emitter.rate_ml_s / (self._puff_ml * self._per_s) * share if self._puff_ml else np.zeros(len(t_s))
 
     def _add(self, places_m: Array, velocities_m_s: Array, age_s: Array, amount: Array) -> None:
         """Add puffs at places_m (n, 3) with velocities_m_s (n, 3), age_s (n,) and relative amount of gas (n,)."""

@@ -114,8 +114,9 @@ class SimulatedWorld:
         """Run for `for_s`, rounded to whole control ticks, and yield the samples."""
         plant, until_ns = self._plant, self.t_ns + nanoseconds(for_s)
         while plant.t_ns + plant.tick_ns <= until_ns:
-            plant.tick(self._set_point(seconds(plant.t_ns)))
-            if plant.ticks % LOAD_EVERY == 0:
+            felt = (plant.ticks + 1) % LOAD_EVERY == 0
+            plant.tick(self._set_point(seconds(plant.t_ns)), felt)
+            if felt:
                 self._report_load(seconds(plant.t_ns))
             yield self._joints.state(plant.t_ns, plant.encoders())
             due = plant.t_ns >= self._gas_due_ns

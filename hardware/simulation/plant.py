@@ -65,22 +65,29 @@ class Plant:
         self._site, self._angles, self._ctrl = self._data.site(nose_site(arm)), self._data.qpos, self._data.ctrl  # views of the live data
         self._links = self._model.jnt_bodyid[self._hinges]
         self._torque = np.zeros(arm.dof)
+        limit = np.max(np.abs(self._model.actuator_forcerange[self._servos]), axis=1)
+        self._torque_limit = np.where(limit > 0, limit, np.inf)
+        (low, high), limited = self._model.jnt_range[self._hinges].T, self._model.jnt_limited[self._hinges].astype(bool)
+        self._stop_low, self._stop_high = np.where(limited, low + END_STOP_RAD, -np.inf), np.where(limited, high - END_STOP_RAD, np.inf)
         self._settle_at_home()
 
     def _settle_at_home(self) -> None:
         for name, home in zip(self._spec.arm.all_names, self._spec.arm.home_rad, strict=True):
             self._data.joint(name).qpos = home
             self._data.ctrl[servo_of(self._model, name)] = home
-        self._step(round(self._SETTLE_S / self._model.opt.timestep))
+        self._step(round(self._SETTLE_S / self._model.opt.timestep), feel=True)
         self._data.time = 0.0
 
-    def _step(self, count: int) -> None:
-        """Step the physics. The torque is the mean over the steps: it oscillates over its whole range after a new set-point."""
-        self._torque = np.zeros(len(self._servos))
-        for _ in range(count):
-            mujoco.mj_step(self._model, self._data)
-            self._torque += self._data.actuator_force[self._servos]
-        self._torque /= count
+    def _step(self, count: int, feel: bool) -> None:
+        """Step the physics. The torque, if felt, is the mean over the steps: it oscillates over its whole range after a new set-point."""
+        if feel:
+            self._torque = np.zeros(len(self._servos))
+            for _ in range(count):
+                mujoco.mj_step(self._model, self._data)
+                self._torque += self._data.actuator_force[self._servos]
+            self._torque /= count
+        else:
+            mujoco.mj_step(self._model, self._data, count)
         if self._warned:  # MuJoCo itself would continue, after bad numbers from the pose of the MJCF
             raise OioError(
                 f"the physics of {self._spec.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
@@ -126,10 +133,10 @@ class Plant:
             return np.asarray(self._site.xpos)
         return np.asarray(self._site.xpos + self._site.xmat.reshape(3, 3) @ np.array(self._spec.changes.nose_offset_m))
 
-    def tick(self, set_point: Array) -> None:
-        """Advance one control period with the servos' set-point (n,) rad, in encoder angles."""
+    def tick(self, set_point: Array, feel: bool = True) -> None:
+        """Advance one control period with the servos' set-point (n,) rad, in encoder angles. `feel`: `load` will be asked for."""
         self._ctrl[self._servos] = set_point - self._encoders.offset
-        self._step(self._substeps)
+        self._step(self._substeps, feel)
         self._ticks += 1
         self._encoders.drift(seconds(self.t_ns))
         self._expose_sensor()
@@ -152,15 +159,13 @@ class Plant:
         return np.asarray(self._angles[self._joints] + self._encoders.offset)
 
     def load(self) -> Array:
-        """Torque of the servos, mean of the last tick, over their limit (n,), -1 to 1; zero where the MJCF sets no limit."""
-        limit = np.max(np.abs(self._model.actuator_forcerange[self._servos]), axis=1)
-        return np.asarray(self._torque / np.where(limit > 0, limit, np.inf))
+        """Torque of the servos, mean of the last tick that was felt, over their limit (n,), -1 to 1; zero where the MJCF sets no limit."""
+        return np.asarray(self._torque / self._torque_limit)
 
     def at_stop(self) -> Array:
         """Which joints (n,) are at an end of their range."""
-        low, high = self._model.jnt_range[self._hinges].T
         q = self._angles[self._joints]
-        return np.asarray(self._model.jnt_limited[self._hinges].astype(bool) & ((q < low + END_STOP_RAD) | (q > high - END_STOP_RAD)))
+        return np.asarray((q < self._stop_low) | (q > self._stop_high))
 
     def raw(self, element: int) -> float:
         """Raw value of the sensor's electronics at present."""

@@ -1,11 +1,14 @@
 """`--help`: every choice of conf/ with the sentence that heads its YAML, and every top-level key with its comment."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+
+from oio.core.folders import CONF
 
 HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on a robot arm, then find a smell with it.
 
@@ -27,6 +30,18 @@ PLAIN_TEXT = {
     "source.position": "\\[x,y,z] m in the arm's base frame: the unknown source; null draws it from the seed",
     "beacon.position": "\\[x,y,z] m in the arm's base frame: the known source of the calibration",
 }
+
+
+def asks_for_help(arguments: Sequence[str]) -> bool:
+    """Whether a command line asks for help."""
+    return bool({"--help", "-h"} & set(arguments))
+
+
+def show_help_for(arguments: Sequence[str]) -> None:
+    """Print the help for a command line, with the choices of the user's own folder (--config-dir) if one is given."""
+    typed = [re.fullmatch(r"(?:--config-dir|-cd)(?:=(.*))?", word) for word in arguments]
+    own = [found[1] or arguments[i + 1] for i, found in enumerate(typed) if found and (found[1] or i + 1 < len(arguments))]
+    show_help(CONF, *map(Path, own))
 
 
 def show_help(*folders: Path) -> None:

@@ -16,10 +16,9 @@ from oio.cli.build import build
 from oio.cli.console import show_summary
 from oio.cli.exit_codes import run_command
 from oio.cli.experiment import execute
-from oio.cli.help import show_help
 from oio.cli.hydra_errors import known_error
 from oio.cli.outcome import FAILED, raise_first
-from oio.cli.plugins import config_folders, plugin_packages, search_path
+from oio.cli.plugins import plugin_packages, search_path
 from oio.cli.replay_overrides import replayed
 from oio.cli.run_folder import state_of, write_status
 from oio.cli.sweep_check import refuse_bad_choices
@@ -76,8 +75,6 @@ def _register_launchers() -> None:
 
 def _run(arguments: list[str]) -> None:
     _check_packages()
-    if {"--help", "-h"} & set(arguments):
-        return show_help(CONF, *config_folders(arguments))
     arguments = [*replayed(arguments), *search_path(plugin_packages())]
     if {"-m", "--multirun"} & set(arguments):
         refuse_bad_choices(arguments)

@@ -11,10 +11,10 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
-from scipy.spatial.transform import Rotation
 
 from oio.core.records import Array
 from oio.log.encode import pose, stamp
+from oio.log.quaternions import quaternion, rotation
 
 CHI2_95 = 7.81  # 95 % quantile of chi-square with 3 degrees of freedom
 _SPHERE_COLOR = Color(r=0.2, g=0.5, b=1.0, a=0.12)
@@ -47,7 +47,7 @@ def _ellipsoid(mean: Array, cov: Array) -> SpherePrimitive:
     variances, axes = np.linalg.eigh(cov)
     axes[:, 0] *= math.copysign(1.0, np.linalg.det(axes))  # eigenvectors may be a mirror, a rotation may not
     size_m = 2.0 * np.sqrt(CHI2_95 * np.maximum(variances, 0.0))
-    return _sphere(mean, size_m, _HYPOTHESIS_COLOR, Rotation.from_matrix(axes).as_quat().tolist())
+    return _sphere(mean, size_m, _HYPOTHESIS_COLOR, quaternion(axes).tolist())
 
 
 def _sphere(centre_m: Array, size_m: Array, color: Color, xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> SpherePrimitive:
@@ -67,6 +67,6 @@ def hypotheses(t_ns: int, data: bytes) -> tuple[int, list[tuple[Array, Array]]]:
 
 def _mean_and_cov(ball: Any) -> tuple[Array, Array]:
     p, q, size = ball.pose.position, ball.pose.orientation, ball.size
-    axes = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    axes = rotation(np.array([q.x, q.y, q.z, q.w]))
     variances = np.array([size.x, size.y, size.z]) ** 2 / (4.0 * CHI2_95)
     return np.array([p.x, p.y, p.z]), axes * variances @ axes.T

@@ -28,12 +28,12 @@ class LoadMonitor:
     def check(self, t_s: float, load: Array, temperature: Array | None) -> str | None:
         """The overload in words, if any, with load (n,), -1 to 1, and temperature (n,) degC at t_s; NaN where unknown."""
         loads = self._read("loads", load)
-        hot = self._read("temperatures", np.full(len(self._names), np.nan) if temperature is None else temperature)
+        hot = None if temperature is None else self._too_hot(self._read("temperatures", temperature))
         for_s = min(max(t_s - self._last_s, 0.0), MAX_INTERVAL_S)
         self._last_s = t_s
         known = np.where(np.isnan(loads), self._limits.load, np.minimum(np.abs(loads), 1.0))
         self._excess_s = np.maximum(self._excess_s + (known - self._limits.load) * for_s, 0.0)
-        return self._too_hot(hot) or self._too_long()
+        return hot or self._too_long()
 
     def _read(self, what: str, values: Array) -> Array:
         read = np.asarray(values, dtype=float)
