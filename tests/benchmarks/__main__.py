@@ -1,7 +1,7 @@
 """`make bench`: what a step costs beside the least that it could cost, both in one process, so that the machine cancels.
 
-Each line is a ratio to a reference: plain NumPy, filterpy, the bare MCAP writer, bare MuJoCo, one worker. Growth is fitted as a power. The table goes
-to the terminal, and with a file name to that file as Markdown: python tests/benchmarks docs/benchmarks.md
+Each line is a ratio to a reference: plain NumPy, filterpy, the bare MCAP writer, bare MuJoCo, one worker. Growth is fitted as a power.
+The table goes to the terminal, and with a file name to that file as Markdown: python tests/benchmarks docs/benchmarks.md
 """
 
 import os
@@ -162,8 +162,10 @@ def start_up() -> list[Line]:
 def parent_work() -> Line:
     """What a sweep's parent does for each of 1000 jobs that cost nothing: plan, hand out, receive, keep."""
     code = """
-import json, sys, time
+import json, sys
 from oio.cli import run
+from oio.cli.run_folder import write_status
+from oio.sweep import launch
 SUMMARY = {"backend": "mujoco", "sensor": "ec", "dof": 5, "air": "still", "seed": 0, "wall_s": 1}
 SUMMARY |= {"calibrated": None, "cold": None, "calibration": None}
 class Free:
@@ -213,7 +215,7 @@ def main() -> None:
     table = "| what | measured | reference | ratio |\n|---|---|---|---|\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
     if len(sys.argv) > 1:
         page = Path(sys.argv[1])
-        head = "# What a step costs\n\nMade by `make bench` on two cores; a ratio compares two things in one process.\n\n"
+        head = "# What a step costs\n\n`make bench` makes this table, here on two cores; a ratio compares two things, one after the other.\n\n"
         page.write_text(head + table, encoding="utf-8")
     sys.stdout.write(table)
 
