@@ -215,7 +215,8 @@ def main() -> None:
     table = "| what | measured | reference | ratio |\n|---|---|---|---|\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
     if len(sys.argv) > 1:
         page = Path(sys.argv[1])
-        head = "# What a step costs\n\n`make bench` makes this table, here on two cores; a ratio compares two things, one after the other.\n\n"
+        head = "# What a step costs\n\n"
+        head += "`make bench` makes this table, here on two cores; a ratio compares two things, one after the other.\n\n"
         page.write_text(head + table, encoding="utf-8")
     sys.stdout.write(table)
 
