@@ -229,6 +229,14 @@ def table(folder):
     return out.read_bytes()
 
 
+def test_without_a_log_the_numbers_are_the_same(used):
+    folder = used.parent / "summary_only"
+    assert sweep(folder, "sensor=ndir", "seed=0,1", "logging=summary").returncode == 0
+    assert {path.name for path in (folder / "0_ndir_5dof_seed0").iterdir()} == {"config.yaml", "status.json", "summary.json"}
+    assert [{**row, "logging": "full"} for row in records(used)[:2]] == [{**row, "logging": "full"} for row in records(folder)]
+    assert sweep(folder, "sensor=ndir", "seed=0", "logging=some").returncode == 2
+
+
 def test_jobs_that_failed_run_again_when_the_reason_is_gone(used, tmp_path):
     folder = tmp_path / "sweep"
     assert sweep(folder, "sensor=ndir", "seed=0,1").returncode == 0
@@ -306,6 +314,10 @@ def test_the_manifest_is_data(tmp_path):
     done = tool("resume", folder)
     assert done.returncode == 2 and "_target_" in done.stderr
     told["jobs"][0]["overrides"].pop()
+    del told["places"]
+    (folder / "sweep.json").write_text(json.dumps(told), encoding="utf-8")
+    assert tool("resume", folder).returncode == 2
+    told["places"] = []
     told["jobs"][0]["folder"] = "../elsewhere"
     (folder / "sweep.json").write_text(json.dumps(told), encoding="utf-8")
     assert tool("resume", folder).returncode == 2

@@ -79,9 +79,10 @@ def state_of(path: Path) -> tuple[str, str | None]:
     status = read_json(path / STATUS)
     if status is None:
         return ("killed" if (path / STATUS).exists() else "missing"), None
-    if status["state"] == "running" and not is_locked(path / LOCK):
+    state = str(status.get("state"))
+    if state == "running" and not is_locked(path / LOCK):
         return "killed", None
-    return str(status["state"]), status.get("error")
+    return state, status.get("error")
 
 
 def read_json(path: Path) -> dict[str, Any] | None:

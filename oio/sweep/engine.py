@@ -4,7 +4,7 @@ import os
 import signal
 import threading
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -20,6 +20,7 @@ from oio.sweep.attempts import set_aside
 from oio.sweep.worker import Work, run_job
 
 Ended = tuple[Work, str, str | None]  # the job, its state and error
+AHEAD = 3  # jobs handed out per worker, so that none waits for the next
 STOP_S = 2.0  # for workers to close their logs after a stop; then they are killed
 
 
@@ -69,9 +70,11 @@ class WorkerProcesses:
     def _until_one_dies(self, works: Sequence[Work], lost: list[Work]) -> Iterator[Ended]:
         """Yield what ends; `lost` are the jobs that had not when a worker died, which ends the others as well."""
         pool = ProcessPoolExecutor(max_workers=min(self.processes, len(works)), initializer=_begin_worker, initargs=(os.getpid(),))
-        running = {pool.submit(run_job, work): work for work in works}
+        left, running = deque(works), dict[Future[tuple[str, str | None]], Work]()
         try:
-            while running:
+            while (left and not lost) or running:
+                while left and not lost and len(running) < AHEAD * self.processes:
+                    running[pool.submit(run_job, left[0])] = left.popleft()
                 done, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
                 interrupt.check()
                 for future in done:
@@ -82,6 +85,7 @@ class WorkerProcesses:
                         lost.append(work)
         finally:
             _stop(pool, running)
+        lost.extend(left)
 
 
 def _stop(pool: ProcessPoolExecutor, running: dict[Future[tuple[str, str | None]], Work]) -> None:

@@ -58,8 +58,11 @@ class Manifest:
         read = read_json(folder / MANIFEST)
         if read is None or read.get("schema") != SCHEMA:
             raise BadInput(f"{folder} holds no sweep ({MANIFEST}). Give the folder of one, as `python -m oio.run -m` tells it at the end.")
-        jobs = [_job(job, folder) for job in read["jobs"]]
-        return cls(folder, read["version"], read["command"], read["launcher"], read["places"], read["cache"], jobs)
+        try:
+            jobs = [_job(job, folder) for job in read["jobs"]]
+            return cls(folder, read["version"], read["command"], read["launcher"], read["places"], read["cache"], jobs)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadInput(f"{folder / MANIFEST} cannot be read ({error!r}). Nothing was run; give another folder.") from None
 
     def write(self) -> None:
         """Write sweep.json, whole or not at all."""

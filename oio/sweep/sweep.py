@@ -1,6 +1,7 @@
 """The sweep: what is done is not done again, what failed or was stopped is, and everything is told before it begins."""
 
 import shutil
+import statistics
 import sys
 import time
 from collections import Counter
@@ -11,7 +12,7 @@ from oio.core.errors import BadInput
 from oio.sweep.attempts import set_aside
 from oio.sweep.engine import Engine
 from oio.sweep.manifest import Job, Manifest, Outcome
-from oio.sweep.progress import SweepProgress
+from oio.sweep.progress import SweepProgress, in_words
 from oio.sweep.store import Store
 from oio.sweep.worker import Work
 
@@ -47,6 +48,7 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: St
     before = {job: manifest.outcome(job) for job in jobs}
     todo = [job for job in jobs if before[job].state != "done"]
     _refuse_full_disk(manifest.folder, todo)
+    _tell_cost(manifest, todo, list(before.values()))
     manifest.write()
     _tell(list(before.values()), manifest.folder)
     for job in todo:
@@ -107,15 +109,29 @@ def _tell(before: Sequence[Outcome], folder: Path) -> None:
 
 
 def _refuse_full_disk(folder: Path, todo: Sequence[Job]) -> None:
-    free = shutil.disk_usage(folder).free
-    needed = sum(BYTES_PER_JOB["summary" if "logging=summary" in job.words else "full"] for job in todo)
+    free, needed = shutil.disk_usage(folder).free, _bytes(todo)
     if needed > free:
         raise BadInput(
             f"{len(todo)} jobs need about {needed / 1e6:.0f} MB, but {folder} has {free / 1e6:.0f} MB left. Give one on a larger disk, "
             "hydra.sweep.dir=..., type logging=summary, or sweep in parts."
         )
-    if len(todo) > 1:
-        sys.stderr.write(f"{len(todo)} jobs to run, about {needed / 1e6:.0f} MB at most of the {free / 1e9:.1f} GB that are left\n")
+
+
+def _bytes(todo: Sequence[Job]) -> int:
+    return sum(BYTES_PER_JOB["summary" if "logging=summary" in job.words else "full"] for job in todo)
+
+
+def _tell_cost(manifest: Manifest, todo: Sequence[Job], before: Sequence[Outcome]) -> None:
+    """Say what the sweep will need: disk, and time if jobs of it have run before."""
+    if len(todo) < 2:
+        return
+    took = [outcome.summary["wall_s"] for outcome in before if outcome.summary and outcome.summary.get("wall_s")]
+    workers = manifest.launcher.get("processes") or manifest.launcher.get("workers") or 1
+    lasting = f", about {in_words(statistics.median(took) * len(todo) / workers)}" if took else ""
+    free = shutil.disk_usage(manifest.folder).free
+    sys.stderr.write(
+        f"{len(todo)} jobs to run{lasting}, about {_bytes(todo) / 1e6:.0f} MB at most of the {free / 1e9:.1f} GB that are left\n"
+    )
 
 
 def _stopped(manifest: Manifest, jobs: Sequence[Job]) -> str:
