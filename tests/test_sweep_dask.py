@@ -91,7 +91,7 @@ def test_a_cluster_is_made_where_none_is_given_and_logs_may_stay(tmp_path):
     ("word", "code", "said"),
     [
         ("hydra.launcher.collect=some", 2, "collect is all or summary"),
-        ("hydra.launcher.address=tcp://127.0.0.1:9", 1, "no scheduler answers"),
+        pytest.param("hydra.launcher.address=tcp://127.0.0.1:9", 1, "no scheduler answers", marks=pytest.mark.slow),  # it waits for one
     ],
 )
 def test_wrong_words_for_a_cluster(tmp_path, word, code, said):

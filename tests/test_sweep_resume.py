@@ -282,7 +282,7 @@ def test_sweeps_of_the_same_second_share_no_folder(tmp_path):
 # ---- launchers
 
 
-@pytest.mark.parametrize("backend", ["dask", "ray", "threading", "multiprocessing"])
+@pytest.mark.parametrize("backend", ["dask", "threading"])
 def test_a_backend_that_is_not_there_is_refused_and_not_replaced(tmp_path, backend):
     done = sweep(tmp_path / "s", *JOBLIB, f"hydra.launcher.backend={backend}", "seed=0,1")
     assert done.returncode == 2 and f"hydra.launcher.backend={backend} was given" in done.stderr

@@ -74,7 +74,8 @@ class WorkerProcesses:
         try:
             while (left and not lost) or running:
                 while left and not lost and len(running) < AHEAD * self.processes:
-                    running[pool.submit(run_job, left[0])] = left.popleft()
+                    work = left.popleft()
+                    running[pool.submit(run_job, work)] = work
                 done, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
                 interrupt.check()
                 for future in done:
