@@ -55,10 +55,11 @@ def input_files(cfg: DictConfig) -> dict[str, str]:
     """Return the files that a configuration names, with the hash of their bytes: logs, recordings and air, as they are or below OIO_DATA,
     and the code of other packages that it builds from (`_target_`)."""
     found = {str(file): hash_of(file) for package in _packages(cfg) for file in _code(package)}
+    data = Path(os.environ.get("OIO_DATA", "data"))
     for text in sorted(set(_texts(cfg))):
-        for path in (Path(text), Path(os.environ.get("OIO_DATA", "data")) / text) if 0 < len(text) < 1024 else ():
-            if "." in text or "/" in text:
-                found |= {str(file): hash_of(file) for file in _files(path) if not file.resolve().is_relative_to(ROOT / "hardware")}
+        named = [Path(text)] if "." in text or "/" in text else []  # a plain word is a choice, not a file
+        for path in (*named, data / text) if 0 < len(text) < 1024 else ():
+            found |= {str(file): hash_of(file) for file in _files(path) if not file.resolve().is_relative_to(ROOT / "hardware")}
     return found
 
 
@@ -79,7 +80,7 @@ def _code(package: str) -> list[Path]:
 def _files(path: Path) -> list[Path]:
     if path.is_file():
         return [path]
-    return sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() and path.name else []
+    return sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() and path.name not in ("", "..") else []
 
 
 def hash_of(path: Path) -> str:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.sweep.attempts import set_aside
 from oio.sweep.engine import Engine
@@ -94,6 +95,7 @@ def _wait_for_others(manifest: Manifest, jobs: Sequence[Job]) -> None:
         if not told:
             sys.stderr.write("waiting for jobs that an earlier command has left running\n")
             told = True
+        interrupt.check()
         time.sleep(0.2)
 
 

@@ -75,6 +75,19 @@ def test_a_byte_of_a_recording_makes_it_another_run(tmp_path):
     assert not store.restore(JOB, tmp_path / "out2")
 
 
+@pytest.mark.parametrize("recording", ["airscout32", "co2_scd30x4", "orebro3dsen"])
+def test_every_recording_is_among_the_files_that_a_run_reads(composed, recording):
+    data = Path(os.environ.get("OIO_DATA", "data"))
+    if not (data / recording).is_dir():
+        pytest.skip("the recordings are not here")
+    read = input_files(composed("backend=recording", f"recording={recording}"))
+    assert read and all(Path(name).is_relative_to(data) for name in read)
+
+
+def test_a_run_in_simulation_reads_no_files(composed):
+    assert input_files(composed()) == {}
+
+
 def test_an_entry_that_was_damaged_does_not_count(tmp_path):
     store = Store(tmp_path / "store", "v")
     store.keep(JOB, run_in(tmp_path / "made"))
