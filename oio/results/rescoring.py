@@ -9,7 +9,8 @@ from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasSample, JointState, Truth, WorldSample, seconds
 from oio.estimators.odometry import Odometry
 from oio.inference.map_fit import CALIBRATED, Fit
-from oio.inference.metrics import SourceScore, nees, rms, score_source
+from oio.inference.metrics import SourceScore, rms, score_source
+from oio.kinematics.arm import Arm
 from oio.results.calibration import Navigation
 from oio.results.summary import Outcome, Place
 from oio.search.stop_rule import StopRule
@@ -122,11 +123,11 @@ class Rescoring:
             filtered_error_m=filtered_score.source_error_m,
             world=variant.odometry.hypotheses[0].world if variant.odometry.hypotheses else CALIBRATED,
             filtered_nees=None if filtered_score is _NO_SCORE else filtered_score.nees,
-            other_places=tuple(self._place(fit) for fit in variant.odometry.hypotheses[1:]),
+            other_places=tuple(self._place(fit, variant.odometry.prior.model.arm) for fit in variant.odometry.hypotheses[1:]),
         )
 
-    def _place(self, fit: Fit) -> Place:
-        miss = None if self.source is None else nees(fit.source - self.source, fit.source_cov)
+    def _place(self, fit: Fit, arm: Arm) -> Place:
+        miss = None if self.source is None else score_source(fit.source, fit.source_cov, self.source, arm).nees
         return Place(tuple(float(v) for v in fit.source), float(np.sqrt(np.trace(fit.source_cov))), fit.world, miss)
 
 
