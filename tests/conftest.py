@@ -1,5 +1,6 @@
 """`built` composes conf/ with overrides, as a run would, and builds one key of it; `foreign_models` are model files of other arms."""
 
+import copy
 import functools
 from collections.abc import Callable
 from pathlib import Path
@@ -27,7 +28,8 @@ def _composed(overrides: tuple[str, ...]) -> DictConfig:
 
 @functools.cache
 def _built(key: str, overrides: tuple[str, ...]) -> Any:
-    return instantiate(OmegaConf.select(_composed(overrides), key), _convert_="all")
+    cfg = copy.deepcopy(_composed(overrides))  # Hydra resolves for good what it builds from
+    return instantiate(OmegaConf.select(cfg, key), _convert_="all")
 
 
 @pytest.fixture(scope="session")
