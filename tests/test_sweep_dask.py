@@ -76,6 +76,7 @@ def test_a_cluster_gives_the_results_of_one_process_though_a_worker_is_killed(cl
     assert not list(tmp_path.glob("worker1/oio_job_*"))  # collected, so nothing is left behind
 
 
+@pytest.mark.slow  # a page of the documentation makes one, too
 def test_a_cluster_is_made_where_none_is_given_and_logs_may_stay(tmp_path):
     given = ("hydra/launcher=dask", "hydra.launcher.n_jobs=1", "hydra.launcher.collect=summary")
     line, environment = sweep_words(tmp_path / "s", "sensor=ndir", "seed=0,1", *given), {**os.environ, "TMPDIR": str(tmp_path)}

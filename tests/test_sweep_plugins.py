@@ -23,6 +23,7 @@ def optuna(folder, trials, objective="dof"):
     return sweep(folder, "sensor=ndir", "stage.warm_up.max_s=interval(50,60)", *words, *aim)
 
 
+@pytest.mark.slow  # a page of the documentation runs it, too
 def test_optuna_is_told_the_median_over_seeds_and_goes_on_where_it_was(tmp_path):
     pytest.importorskip("optuna")
     folder = tmp_path / "tuned"
