@@ -16,6 +16,7 @@ from oio.sweep.manifest import Manifest
 
 ROOT = Path(__file__).resolve().parents[1]
 TINY = ("stage=[warm_up,baseline]", "cache=off")  # so that no test is answered by another
+DASK = ("hydra/launcher=dask", "hydra.launcher.n_jobs=2")
 JOBLIB = ("hydra/launcher=joblib", "hydra.launcher.n_jobs=2")
 
 
@@ -42,6 +43,14 @@ def begun(folder, least=1):
     until = time.monotonic() + 120
     while len(list(folder.glob("*/run.mcap.part"))) < least:
         assert time.monotonic() < until, "no job began"
+        time.sleep(0.02)
+
+
+def ended(folder):
+    """Wait until a job has come back: those of a cluster run elsewhere."""
+    until = time.monotonic() + 120
+    while not list(folder.glob("*/summary.json")):
+        assert time.monotonic() < until, "no job ended"
         time.sleep(0.02)
 
 
@@ -106,13 +115,25 @@ def test_two_jobs_never_share_a_folder(tmp_path):
 # ---- stopped and killed
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_stop_ends_the_sweep_within_seconds_and_says_how_to_go_on(tmp_path, number):
+def to_the_group(going):
+    """Ctrl-C in a terminal reaches the workers as well."""
+    os.killpg(going.pid, signal.SIGINT)
+
+
+STOPS = [lambda going: going.send_signal(signal.SIGINT), lambda going: going.send_signal(signal.SIGTERM), to_the_group]
+
+
+@pytest.mark.parametrize("stop", STOPS, ids=["SIGINT", "SIGTERM", "Ctrl-C"])
+@pytest.mark.parametrize("launcher", [JOBLIB, pytest.param(DASK, marks=pytest.mark.slow)], ids=["joblib", "dask"])
+def test_a_stop_ends_the_sweep_within_seconds_and_says_how_to_go_on(tmp_path, launcher, stop):
+    if launcher is DASK:
+        pytest.importorskip("distributed")
     folder = tmp_path / "sweep"
-    going = subprocess.Popen(words(folder, *JOBLIB, "sensor=ndir", "seed=range(0,40)"), cwd=ROOT, stderr=subprocess.PIPE, text=True)
-    begun(folder)
+    line = words(folder, *launcher, "sensor=ndir", "seed=range(0,40)")
+    going = subprocess.Popen(line, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    begun(folder) if launcher is JOBLIB else ended(folder)
     asked = time.monotonic()
-    going.send_signal(number)
+    stop(going)
     said = going.communicate(timeout=60)[1]
     assert going.returncode == 130 and time.monotonic() - asked < 5.0
     assert f"Go on with: python -m oio.sweep resume {folder}" in said

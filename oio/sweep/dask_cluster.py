@@ -4,11 +4,12 @@ import importlib
 import logging
 import queue
 import shutil
+import signal
 import socket
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -84,15 +85,38 @@ class DaskCluster:
             with client:
                 yield _told(client)
             return
-        made = distributed.LocalCluster(
-            n_workers=self.workers, threads_per_worker=1, memory_limit=self.memory_limit, host="127.0.0.1",
-            dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
-        )  # fmt: skip
+        with _ctrl_c_ignored():
+            made = distributed.LocalCluster(
+                n_workers=self.workers, threads_per_worker=1, memory_limit=self.memory_limit, host="127.0.0.1",
+                dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
+            )  # fmt: skip
         try:
             with distributed.Client(made) as client:
                 yield _told(client)
         finally:
-            made.close(timeout=STOP_S)
+            _close(made)
+
+
+def _close(made: Any) -> None:
+    """Close a cluster of this machine. Workers at a job would end it first, for minutes: they are killed, and Dask starts none anew."""
+    psutil = importlib.import_module("psutil")
+    with suppress(TimeoutError):
+        made.close(timeout=STOP_S / 2)
+    workers = [child for child in psutil.Process().children(recursive=True) if "spawn_main" in " ".join(child.cmdline())]
+    for worker in workers:
+        with suppress(psutil.NoSuchProcess):
+            worker.kill()
+    made.shutdown_on_close = False  # else it would be closed once more at exit, for ten seconds
+
+
+@contextmanager
+def _ctrl_c_ignored() -> Iterator[None]:
+    """Processes that begin meanwhile ignore Ctrl-C, which a terminal sends to all of a group: the parent decides when they end."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _told(client: Any) -> Any:
