@@ -14,8 +14,7 @@ from oio.figures.ekf import draw
 from oio.log import MemoryLog
 from oio.results.tracks import Tracks
 from oio.runtime.runner import run_stages
-from oio.sweep.seed_table import show_table_1
-from oio.sweep.table_1 import Published, table_1
+from oio.sweep.table_1 import Published, show_table_1, table_1
 
 SHORT = (
     "+experiment=figure_ekf", "sensor=ndir", "air=steady", "dof=3", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",

@@ -325,6 +325,39 @@ def test_wrong_words_for_a_launcher(tmp_path, word, said):
     assert not (tmp_path / "s").exists()
 
 
+def test_a_sweep_with_choices_of_ones_own_is_resumed_from_anywhere(tmp_path):
+    """Folders given relative to the working directory, by both ways to give them."""
+    for folder, name in (("one", "quick"), ("two", "slow")):
+        (tmp_path / folder / "profile").mkdir(parents=True)
+        text = (ROOT / "conf" / "profile" / "paper.yaml").read_text(encoding="utf-8")
+        (tmp_path / folder / "profile" / f"{name}.yaml").write_text(text, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    own = ("--config-dir", "one", "hydra.searchpath=[file://two]", "profile=quick,slow")
+    line = words("swept", *own, "sensor=ndir", "seed=0")
+    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / "swept"
+    write_status(folder / next(iter(stamps(folder))), "failed", "the disk was full")
+    refused = tool("resume", folder)
+    needed = f"--config-dir {tmp_path / 'one'} --config-dir {tmp_path / 'two'}"
+    assert refused.returncode == 2 and needed in refused.stderr
+    assert tool("resume", folder, *needed.split()).returncode == 0
+
+
+def test_a_scheduler_elsewhere_is_named_again(used):
+    """What a scheduler answers is unpickled: a file that came from elsewhere must not choose it."""
+    path = used / "sweep.json"
+    kept = path.read_text(encoding="utf-8")
+    about = {"name": "dask", "workers": 1, "memory_limit": "auto", "retries": 2, "collect": "all", "address": "tcp://10.0.0.5:8786"}
+    path.write_text(json.dumps({**json.loads(kept), "launcher": about}), encoding="utf-8")
+    try:
+        refused = tool("resume", used)
+        assert refused.returncode == 2 and "--address tcp://10.0.0.5:8786, or --jobs 2" in refused.stderr
+        assert tool("resume", used, "--jobs", "1").returncode == 0
+    finally:
+        path.write_text(kept, encoding="utf-8")
+
+
 def test_the_manifest_is_data(tmp_path):
     """An override in sweep.json that would name a class to build is refused."""
     folder = tmp_path / "sweep"

@@ -19,7 +19,9 @@ from oio.core.errors import BadInput
 
 
 class Grid(BasicSweeper):
-    """All combinations of the swept values. Hydra's own composes every job before the first begins; `oio.cli.run` has checked them."""
+    """All combinations of the swept values. Hydra's own composes every job before the first begins; here
+    `oio.cli.sweep_check` has checked them.
+    """
 
     def validate_batch_is_legal(self, batch: Sequence[Sequence[str]]) -> None:
         """Nothing is left to check."""

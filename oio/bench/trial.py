@@ -6,14 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import hydra
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.build import build
+from oio.cli.compose import compose
 from oio.cli.experiment import Experiment
 from oio.cli.hydra_errors import known_error
-from oio.cli.plugins import plugin_packages, search_path
+from oio.cli.plugins import plugin_packages
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
 from oio.log import MemoryLog
@@ -25,13 +25,11 @@ from oio.runtime.runner import run_stages
 @functools.lru_cache(maxsize=4)
 def composed_trial(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
     """Return the configuration with these overrides as plain data, and the experiment built from it; raises Hydra's or a check's error."""
-    with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
-        composed = hydra.compose("config", [*words, *search_path(plugin_packages())], return_hydra_config=True)
-    choices = dict(composed.hydra.runtime.choices)
-    cfg = {str(key): value for key, value in _plain(composed).items() if key != "hydra"}
+    composed = compose(words, tuple(plugin_packages()))
+    cfg = {str(key): value for key, value in _plain(composed.cfg).items()}
     if "evaluate" in (cfg["stage"] or {}):
         cfg["stage"]["evaluate"].update(paper_assembly=False, cold_maps="last")  # no benchmark reads more, and the rest is slow
-    return cfg, build(OmegaConf.create(cfg), choices, list(words))
+    return cfg, build(OmegaConf.create(cfg), composed.choices, list(words))
 
 
 def experiment(words: tuple[str, ...], seed: int) -> Experiment:

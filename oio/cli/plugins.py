@@ -1,9 +1,14 @@
-"""Plug-ins: configuration from a folder (--config-dir) and from packages of other distributions (entry point group `oio.conf`)."""
+"""Places with choices of one's own: folders (--config-dir, hydra.searchpath), packages of other distributions (entry points `oio.conf`)."""
 
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
 from hydra._internal.utils import get_args_parser
+from hydra.core.override_parser.overrides_parser import OverridesParser
+
+KEY = "hydra.searchpath="
+FOLDER = "file://"
 
 
 def plugin_packages() -> list[str]:
@@ -11,12 +16,25 @@ def plugin_packages() -> list[str]:
     return [f"pkg://{point.value}" for point in metadata.entry_points(group="oio.conf")]
 
 
-def config_folders(arguments: list[str]) -> list[Path]:
-    """The user's own configuration folder (--config-dir), if one is given."""
+def without_search_path(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the words but those that set hydra.searchpath, and the places that these name; folders as absolute paths."""
+    given = [OverridesParser.create().parse_override(word).value() for word in words if word.startswith(KEY)]
+    listed = [places if isinstance(places, list) else [places] for places in given]
+    return [word for word in words if not word.startswith(KEY)], [absolute(str(place)) for places in listed for place in places]
+
+
+def config_places(arguments: list[str]) -> tuple[str, ...]:
+    """All places that a command line of Hydra names, then the packages of other distributions."""
     folder = get_args_parser().parse_known_args(arguments)[0].config_dir
-    return [Path(folder)] if folder else []
+    own = [absolute(f"{FOLDER}{folder}")] if folder else []
+    return (*own, *without_search_path(arguments)[1], *plugin_packages())
 
 
-def search_path(places: list[str]) -> list[str]:
+def absolute(place: str) -> str:
+    """Return a place with its folder as an absolute path: a worker, or a later command, may be elsewhere."""
+    return f"{FOLDER}{Path(place.removeprefix(FOLDER)).resolve()}" if place.startswith(FOLDER) else place
+
+
+def search_path(places: Sequence[str]) -> list[str]:
     """The override that puts these places on Hydra's search path, if there are any."""
-    return [f"hydra.searchpath=[{','.join(places)}]"] if places else []
+    return [f"{KEY}[{','.join(places)}]"] if places else []

@@ -18,7 +18,7 @@ from oio.cli.exit_codes import run_command
 from oio.cli.experiment import execute
 from oio.cli.hydra_errors import known_error
 from oio.cli.outcome import FAILED, raise_first
-from oio.cli.plugins import plugin_packages, search_path
+from oio.cli.plugins import plugin_packages, search_path, without_search_path
 from oio.cli.replay_overrides import replayed
 from oio.cli.run_folder import state_of, write_status
 from oio.cli.sweep_check import refuse_bad_choices
@@ -75,7 +75,8 @@ def _register_launchers() -> None:
 
 def _run(arguments: list[str]) -> None:
     _check_packages()
-    arguments = [*replayed(arguments), *search_path(plugin_packages())]
+    arguments, own = without_search_path(replayed(arguments))
+    arguments += search_path([*own, *plugin_packages()])
     if {"-m", "--multirun"} & set(arguments):
         refuse_bad_choices(arguments)
     _register_launchers()

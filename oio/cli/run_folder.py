@@ -12,6 +12,7 @@ from oio.results.summary import to_json
 
 STOPPED = "stopped by the person or the system; run.mcap.part can be read, see python -m oio.recover"  # error of an interrupted run
 STATUS, SUMMARY, LOCK = "status.json", "summary.json", "run.lock"
+LOG_IS_AT = "log_is_at.txt"  # in place of the log, where it stayed on the machine that ran the job
 
 
 class RunFolder:

@@ -1,15 +1,13 @@
 """Check of a sweep before its first job: a wrong value anywhere is refused while nothing has run."""
 
-import hydra
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import IntervalSweep, Override
-from omegaconf import OmegaConf
 
 from oio.cli.build import build
-from oio.cli.plugins import config_folders, plugin_packages, search_path
+from oio.cli.compose import compose
+from oio.cli.plugins import config_places
 from oio.core.errors import BadInput
-from oio.core.folders import CONF
 
 
 def refuse_bad_choices(arguments: list[str]) -> None:
@@ -19,13 +17,10 @@ def refuse_bad_choices(arguments: list[str]) -> None:
     swept = [o for o in parsed if o.is_sweep_override() and not o.is_hydra_override()]
     values = {o.key_or_group: _values(o, arguments) for o in swept}
     plain = [w for w, o in zip(words, parsed, strict=True) if not o.is_sweep_override() and not w.startswith("hydra")]
-    plain += search_path([f"file://{folder.resolve()}" for folder in config_folders(arguments)] + plugin_packages())
-    first = {key: options[0] for key, options in values.items()}
-    with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
-        for chosen in _distinct(first, values):
-            cfg = hydra.compose("config", [*plain, *(f"{k}={v}" for k, v in chosen.items())], return_hydra_config=True)
-            choices = dict(cfg.hydra.runtime.choices)
-            build(OmegaConf.masked_copy(cfg, [str(k) for k in cfg if k != "hydra"]), choices, [])
+    places = config_places(arguments)
+    for chosen in _distinct({key: options[0] for key, options in values.items()}, values):
+        composed = compose([*plain, *(f"{k}={v}" for k, v in chosen.items())], places)
+        build(composed.cfg, composed.choices, [])
 
 
 def _values(swept: Override, arguments: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Hydra's callback at both ends of a sweep: a used folder is refused, and the table is printed."""
+"""Hydra's callback at the end of a sweep: the table is printed, and failures are told."""
 
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,7 @@ from oio.core.errors import OioError
 from oio.sweep.job_table import show_sweep
 from oio.sweep.launch import LAUNCHED
 from oio.sweep.manifest import Job, Outcome
-from oio.sweep.seed_table import show_table_1
-from oio.sweep.table_1 import table_1
+from oio.sweep.table_1 import show_table_1, table_1
 
 
 class SweepTable(Callback):

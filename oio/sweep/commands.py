@@ -4,14 +4,15 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from oio.cli.exit_codes import run_command
-from oio.cli.plugins import plugin_packages
+from oio.cli.plugins import FOLDER, plugin_packages
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.sweep.displays import comparison, status, table, worst_jobs
 from oio.sweep.fingerprint import folders_of, version_of_everything
+from oio.sweep.group_table import HEADS
 from oio.sweep.job_table import show_sweep
 from oio.sweep.launch import engine_of
 from oio.sweep.manifest import Manifest, locked
@@ -51,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
 
     def command(name: str, run: Callable[[argparse.Namespace], None], about: str, *folders: str) -> argparse.ArgumentParser:
-        made = commands.add_parser(name, help=about, description=about)
+        made = commands.add_parser(name, help=about.replace("%", "%%"), description=about)
         for folder in folders:
             made.add_argument(folder, type=Path, metavar=folder.upper(), help="the folder of a sweep")
         made.set_defaults(run=run)
@@ -60,9 +61,15 @@ def _parser() -> argparse.ArgumentParser:
     command("status", status, "how many jobs are done, running, failed, and the time left", "dir")
     resume = command("resume", _resume, "run what is missing, failed, was stopped or killed, and nothing else", "dir")
     resume.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: as the sweep was begun)")
-    resume.add_argument("--config-dir", type=Path, metavar="FOLDER", help="your own configuration, if the sweep was begun with one")
+    resume.add_argument(
+        "--config-dir", type=Path, action="append", default=[], metavar="FOLDER",
+        help="a folder with your own configuration, if the sweep was begun with one; once for each",
+    )  # fmt: skip
+    resume.add_argument("--address", metavar="TCP", help="of the Dask scheduler, if the sweep was begun with one")
     resume.add_argument("--any-version", action="store_true", help="keep what another version of the code or configuration has done")
-    grouped = command("table", table, "a row per group, with 95 %% bootstrap intervals", "dir")
+    grouped = command("table", table, "a row per group, with 95 % bootstrap intervals", "dir")
+    grouped.epilog = "columns:\n" + "\n".join(f"  {head:<14} {meaning}" for head, meaning in HEADS.items())
+    grouped.formatter_class = argparse.RawDescriptionHelpFormatter
     grouped.add_argument("--by", metavar="KEY,KEY", help="groups (default: sensor,dof,air and what differs); job: a row per job")
     grouped.add_argument("--out", type=Path, metavar="FILE", help="also a file: .csv, .parquet, .md or .tex")
     command(
@@ -81,8 +88,7 @@ def _resume(given: argparse.Namespace) -> None:
         manifest = Manifest.read(given.dir)
         places = _places(manifest, given.config_dir)
         adopt_version(manifest, version_of_everything(folders_of(places)), given.any_version)
-        if given.jobs is not None:
-            manifest.launcher = {**manifest.launcher, "name": "joblib", "processes": given.jobs}
+        manifest.launcher = _launcher(manifest, given.jobs, given.address)
         outcomes = run_sweep(manifest, manifest.jobs, engine_of(manifest.launcher), Store.of(manifest, places), places)
     show_sweep(outcomes, str(given.dir))
     failed = sum(outcome.state != "done" for outcome in outcomes)
@@ -90,12 +96,24 @@ def _resume(given: argparse.Namespace) -> None:
         raise OioError(f"{failed} jobs of the sweep failed; their status.json says why.")
 
 
-def _places(manifest: Manifest, config_dir: Path | None) -> tuple[str, ...]:
+def _places(manifest: Manifest, folders: Sequence[Path]) -> tuple[str, ...]:
     """Folders on the search path: the user names them again, because a file that came from elsewhere may name any."""
-    given = [f"file://{config_dir.resolve()}"] if config_dir else []
-    wanted = [place for place in manifest.places if place.startswith("file://")]
+    given = [f"{FOLDER}{folder.resolve()}" for folder in folders]
+    wanted = [place for place in manifest.places if place.startswith(FOLDER)]
     if wanted != given:
-        needed = f" --config-dir {wanted[0].removeprefix('file://')}" if wanted else ""
+        needed = "".join(f" --config-dir {place.removeprefix(FOLDER)}" for place in wanted)
         told = f"{manifest.folder} was made with{needed or 'out --config-dir'}"
         raise BadInput(f"{told}. Type python -m oio.sweep resume {manifest.folder}{needed}")
     return (*given, *plugin_packages())
+
+
+def _launcher(manifest: Manifest, jobs: int | None, address: str | None) -> dict[str, Any]:
+    """Name and settings of the launcher. A scheduler elsewhere is named again too: what it answers is run as code."""
+    if jobs is not None:
+        return {"name": "joblib", "processes": jobs}
+    known = manifest.launcher.get("address")
+    if known != address:
+        needed = f" --address {known}" if known else ""
+        told = f"{manifest.folder} was made with{needed or 'out --address'}"
+        raise BadInput(f"{told}. Type python -m oio.sweep resume {manifest.folder}{needed}, or --jobs 2 for processes of this machine.")
+    return manifest.launcher

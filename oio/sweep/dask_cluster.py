@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oio.cli.run_folder import STATUS, write_status
+from oio.cli.run_folder import LOG_IS_AT, STATUS, write_status
 from oio.core import interrupt
 from oio.core.errors import OioError
 from oio.sweep.engine import STOP_S, Ended
@@ -149,7 +149,7 @@ def _received(future: Any, work: Work) -> tuple[str, str | None]:
     work.out.mkdir(parents=True, exist_ok=True)
     files = dict(got.files)
     if got.left_at is not None:
-        files["log_is_at.txt"] = f"{got.left_at}\n".encode()
+        files[LOG_IS_AT] = f"{got.left_at}\n".encode()
     for name, data in sorted(files.items(), key=lambda item: item[0] == STATUS):
         (work.out / Path(name).name).write_bytes(data)
     if STATUS not in files:

@@ -3,7 +3,6 @@
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,8 @@ from oio.sweep.manifest import Manifest, is_running
 from oio.sweep.progress import in_words
 from oio.sweep.rate import seconds_left
 from oio.sweep.records import error_of, records, shown_error
-from oio.sweep.sheet import columns, save, text
+from oio.sweep.row_display import show_rows
+from oio.sweep.sheet import save, text
 from oio.sweep.worst import worst
 
 
@@ -50,25 +50,9 @@ def table(given: argparse.Namespace) -> None:
     if given.out is not None:
         save(found, given.out)
     if given.by != "job" or given.out is None:
-        _print(found, f"{len(rows)} jobs, {given.dir}; [low, high] are 95 % bootstrap intervals")
+        show_rows(found, f"{len(rows)} jobs, {given.dir}; [low, high] are 95 % bootstrap intervals")
     if given.out is not None:
         Console(soft_wrap=True).print(f"{len(found)} rows are in {given.out}", markup=False)
-
-
-def _print(rows: Sequence[dict[str, Any]], title: str) -> None:
-    shown = Table(title=escape(title), title_justify="left")
-    heads = [head for head in columns(rows) if not head.endswith(("_low", "_high"))]
-    for head in heads:
-        shown.add_column(escape(head))
-    for row in rows:
-        shown.add_row(*(escape(_cell(row, head)) for head in heads))
-    Console(width=None if sys.stdout.isatty() else 200).print(shown)
-
-
-def _cell(row: dict[str, Any], head: str) -> str:
-    value = text(row.get(head), 3)
-    between = [text(row.get(f"{head}{end}"), 3) for end in ("_low", "_high")]
-    return f"{value} [{between[0]}, {between[1]}]" if all(between) and value else value
 
 
 def comparison(given: argparse.Namespace) -> None:

@@ -58,6 +58,10 @@ class WorkerProcesses:
         while waiting:
             lost: list[Work] = []
             yield from self._until_one_dies(waiting, lost)
+            for work, state, error in [(work, *state_of(work.out)) for work in lost]:
+                if state in ("done", "failed"):  # its process died after its last word, or with another's
+                    lost.remove(work)
+                    yield work, state, error
             begun = [work for work in lost if state_of(work.out)[0] == "killed"]
             tries.update(begun)
             given_up = [work for work in begun if tries[work] > self.retries]

@@ -12,6 +12,7 @@ from pathlib import Path
 from omegaconf import DictConfig, ListConfig
 
 from oio.cli.experiment import PACKAGES
+from oio.cli.plugins import FOLDER
 from oio.core.folders import CONF, ROOT
 
 CODE = ("oio", "pipelines", "hardware")
@@ -33,8 +34,19 @@ def version_of_everything(folders: tuple[Path, ...] = ()) -> str:
 
 
 def folders_of(places: Sequence[str]) -> tuple[Path, ...]:
-    """Return those of the places that are folders."""
-    return tuple(Path(place.removeprefix("file://")) for place in places if place.startswith("file://"))
+    """Return the folders of places on Hydra's search path: of `pkg://NAME` those of the package."""
+    return tuple(folder for place in places for folder in _folders(place))
+
+
+def _folders(place: str) -> list[Path]:
+    if place.startswith(FOLDER):
+        return [Path(place.removeprefix(FOLDER))]
+    package, _, below = place.removeprefix("pkg://").partition("/")
+    try:
+        spec = importlib.util.find_spec(package)
+    except ModuleNotFoundError:
+        return []
+    return [Path(folder, below) for folder in spec.submodule_search_locations or ()] if spec else []
 
 
 def _sources(root: Path) -> Iterator[Path]:

@@ -10,17 +10,16 @@ from oio.sweep.bootstrap import interval
 from oio.sweep.records import CHOICES, Record, error_of, overridden
 
 BY = ("sensor", "dof", "air")  # unless the user says otherwise, and what else differs
-HEADS = {  # column: its meaning
+HEADS = {  # columns and what they mean
     "jobs": "jobs of the group", "failed": "jobs that are not done",
     "unit": "mm: of the position; deg: of the bearing, with one or two joints",
     "cold": "median error of the cold start",
-    "median": "median error, calibrated", "median_low": "its 95 % interval (bootstrap)", "median_high": "",
-    "p90": "90th percentile of the error, calibrated", "p90_low": "its 95 % interval (bootstrap)", "p90_high": "",
+    "median": "median error, calibrated; median_low, median_high: its 95 % interval (bootstrap)",
+    "p90": "90th percentile of that error; p90_low, p90_high: its 95 % interval",
     "beats": "share of jobs in which calibrated is nearer than cold",
     "inside_95": "share of jobs whose 95 % region contains the source", "declared": "share of jobs that declared the source",
     "calibration_s": "median calibration time",
 }  # fmt: skip
-WORDS = ("unit",)
 
 
 def group_table(rows: Sequence[Record], by: Sequence[str] | None) -> list[dict[str, Any]]:

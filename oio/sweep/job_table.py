@@ -1,4 +1,4 @@
-"""The table of a sweep in the terminal: a row per job, and medians over seeds."""
+"""The table of a sweep in the terminal: a row per job, and one per group."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -9,8 +9,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from oio.cli.console import number
+from oio.sweep.group_table import group_table
 from oio.sweep.manifest import Outcome
-from oio.sweep.seed_table import show_groups
+from oio.sweep.records import error_of, records
+from oio.sweep.row_display import show_rows
 
 COLUMNS = (
     "job",
@@ -41,7 +43,10 @@ def show_sweep(outcomes: Sequence[Outcome], where: str) -> None:
     console.print(table)
     if len(outcomes) > ROWS:
         console.print(f"and {len(outcomes) - ROWS} jobs more: python -m oio.sweep table {where} --by job", markup=False, soft_wrap=True)
-    show_groups([outcome.summary for outcome in outcomes if outcome.summary], console)
+    rows = [row for row in records(outcomes) if error_of(row) is not None]
+    groups = [group for group in group_table(rows, None) if group["jobs"] > 1] if rows else []
+    if groups:
+        show_rows(groups, "groups of several jobs; [low, high] are 95 % bootstrap intervals")
     for outcome in outcomes:
         if outcome.error:
             console.print(f"job {outcome.job.folder}: {outcome.error}", markup=False, soft_wrap=True)

@@ -1,23 +1,26 @@
 """What the launchers of `hydra_plugins.oio_launchers` do: jobs are matched with those of the folder, run, and returned to Hydra."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from hydra.core.utils import JobReturn
 from omegaconf import DictConfig
 
+from oio.cli.plugins import FOLDER, absolute
 from oio.core.errors import BadInput
-from oio.sweep.compose import FolderNames
 from oio.sweep.dask_cluster import DaskCluster
 from oio.sweep.engine import Engine, InThisProcess, WorkerProcesses
 from oio.sweep.fingerprint import folders_of, version_of_everything
+from oio.sweep.folder_names import FolderNames
 from oio.sweep.manifest import MANIFEST, Job, Manifest, Outcome, locked
 from oio.sweep.objective import returned
 from oio.sweep.store import Store
 from oio.sweep.sweep import adopt_version, run_sweep
 
+ENGINES: Mapping[str, Callable[..., Engine]] = {"basic": InThisProcess, "joblib": WorkerProcesses, "dask": DaskCluster}
+COUNTS = ("processes", "workers", "retries")  # settings that are whole numbers
 LAUNCHED: list[Outcome] = []  # how the jobs of this command ended, for the table at its end
 
 
@@ -54,19 +57,22 @@ def _with_seeds(words: Sequence[str], seeds: Sequence[int]) -> list[Sequence[str
 
 
 def engine_of(launcher: Mapping[str, Any]) -> Engine:
-    """Return the engine of a launcher, by its name and settings as they stand in sweep.json."""
+    """Return the engine of a launcher, by its name and settings as they stand in sweep.json. Raises BadInput if they make none."""
     settings = {key: value for key, value in launcher.items() if key != "name"}
-    if launcher["name"] == "joblib":
-        return WorkerProcesses(**settings)
-    if launcher["name"] == "dask":
-        return DaskCluster(**settings)
-    return InThisProcess()
+    counts = [settings[key] for key in COUNTS if key in settings]
+    try:
+        if not all(isinstance(count, int) and count >= 0 for count in counts):
+            raise ValueError("not a whole number")
+        return ENGINES[launcher["name"]](**settings)
+    except (KeyError, TypeError, ValueError):
+        given = f"{MANIFEST} names the launcher {dict(launcher)}, which is none that can be used here"
+        raise BadInput(f"{given}. Nothing was run; type --jobs 2 for processes of this machine.") from None
 
 
 def search_places(config: DictConfig) -> tuple[str, ...]:
     """Return the folders and packages on Hydra's search path besides the project's own."""
     sources = (source.path for source in config.hydra.runtime.config_sources if source.provider == "command-line")
-    return (*(f"file://{Path(path).resolve()}" for path in sources), *map(str, config.hydra.searchpath))
+    return tuple(absolute(place) for place in (*(f"{FOLDER}{path}" for path in sources), *map(str, config.hydra.searchpath)))
 
 
 def _manifest(folder: Path, version: str) -> Manifest:

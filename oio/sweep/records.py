@@ -16,7 +16,13 @@ Record = dict[str, Any]
 
 def records(outcomes: Sequence[Outcome]) -> list[Record]:
     """Return a record per job; what a job has no value for is missing."""
-    return [_record(outcome) for outcome in outcomes]
+    rows = [_record(outcome) for outcome in outcomes]
+    defaults: Record = {}  # choices that a job that is done did not make: those without a summary have them too
+    for outcome, row in zip(outcomes, rows, strict=True):
+        chosen = dict(_override(word) for word in outcome.job.words)
+        if outcome.summary:
+            defaults = {**{key: row[key] for key in CHOICES if key in row and key not in chosen}, **defaults}
+    return [{**row, **{key: value for key, value in defaults.items() if key not in row}} for row in rows]
 
 
 def _record(outcome: Outcome) -> Record:

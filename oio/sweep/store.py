@@ -10,8 +10,9 @@ import os
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from oio.cli.run_folder import STATUS, SUMMARY, read_json, write_whole
+from oio.cli.run_folder import LOG_IS_AT, STATUS, SUMMARY, read_json, write_whole
 from oio.sweep.fingerprint import hash_of
 from oio.sweep.manifest import INPUTS, Job, Manifest
 
@@ -39,20 +40,28 @@ class Store:
         """Put the files of the same run into a job's folder, status.json last; False if there are none, or if they no longer count."""
         entry = self._entry(job)
         index = read_json(entry / INDEX)
-        if index is None or any(hash_of(Path(name)) != told for name, told in index["inputs"].items()):
+        if index is None or not _counts(entry, index):
             return False
-        if any(hash_of(entry / name) != told for name, told in index["files"].items()):
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            for name in sorted(index["files"], key=lambda name: name == STATUS):
+                _place(entry / name, out / name)
+        except OSError:  # a full disk, or a store whose files cannot be read
+            shutil.rmtree(out, ignore_errors=True)
             return False
-        out.mkdir(parents=True, exist_ok=True)
-        for name in sorted(index["files"], key=lambda name: name == STATUS):
-            _place(entry / name, out / name)
         return True
 
     def keep(self, job: Job, out: Path) -> None:
-        """Keep the files of a job that is done. What cannot be kept (a full disk) is left out."""
+        """Keep the files of a job that is done, in place of an entry that no longer counts.
+
+        What cannot be kept (a full disk), or is not whole (a log that stayed on another machine), is left out.
+        """
         summary = read_json(out / SUMMARY)
         entry = self._entry(job)
-        if summary is None or summary.get("backend") not in REPEATABLE or (entry / INDEX).exists():
+        if summary is None or summary.get("backend") not in REPEATABLE or (out / LOG_IS_AT).exists():
+            return
+        index = read_json(entry / INDEX)
+        if index is not None and _counts(entry, index):
             return
         made = entry.with_name(f"{entry.name}.{os.getpid()}.part")
         try:
@@ -62,6 +71,8 @@ class Store:
                 _place(path, made / path.name)
             index = {"job": list(job.key), "inputs": read_json(out / INPUTS) or {}, "files": {path.name: hash_of(path) for path in files}}
             write_whole(made / INDEX, json.dumps(index, indent=1) + "\n")
+            if entry.exists():
+                shutil.rmtree(entry)
             made.rename(entry)
         except OSError:
             shutil.rmtree(made, ignore_errors=True)
@@ -69,6 +80,12 @@ class Store:
     def _entry(self, job: Job) -> Path:
         about = [self.version, *self.places, os.environ.get("OIO_DATA", ""), *job.key]
         return self.folder / hashlib.sha256("\n".join(about).encode()).hexdigest()[:24]
+
+
+def _counts(entry: Path, index: dict[str, Any]) -> bool:
+    """Whether every file that the run read is as it was, and the files of the entry are whole."""
+    read = all(hash_of(Path(name)) == told for name, told in index["inputs"].items())
+    return read and all(hash_of(entry / name) == told for name, told in index["files"].items())
 
 
 def _place(source: Path, target: Path) -> None:

@@ -1,9 +1,13 @@
-"""Table I of the paper: calibration time and error of every sensor."""
+"""Table I of the paper, calibration time and error of every sensor, and ours beside it."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
 import yaml
+from rich.console import Console
+from rich.table import Table
 
 
 class Published(NamedTuple):
@@ -17,3 +21,20 @@ def table_1(conf: Path) -> dict[str, Published]:
     """By sensor, from the folder of the configuration."""
     rows = yaml.safe_load((conf / "table_1.yaml").read_text(encoding="utf-8"))
     return {sensor: Published(**row) for sensor, row in rows.items()}
+
+
+def show_table_1(summaries: Sequence[Mapping[str, Any]], published: Mapping[str, Published], console: Console) -> None:
+    """Medians over seeds of calibration time and error of every sensor, beside the paper's; for `+experiment=table_1`."""
+    runs: dict[str, list[Mapping[str, Any]]] = {}
+    for s in summaries:
+        if s["calibration"]:
+            runs.setdefault(s["sensor"], []).append(s["calibration"])
+    table = Table(title="Table I: medians over seeds, beside the paper's", title_justify="left")
+    for head in ("sensor", "seeds", "total calibration time, s", "paper", "error, ppm", "paper"):
+        table.add_column(head, justify="left" if head == "sensor" else "right")
+    for sensor, found in runs.items():
+        paper = published.get(sensor)
+        time_s, error_ppm = (float(np.median([c[key] for c in found])) for key in ("time_s", "error_ppm"))
+        theirs = ("-", "-") if paper is None else (f"{paper.time_s:g}", f"{paper.error_ppm:g}")
+        table.add_row(sensor, str(len(found)), f"{time_s:.0f}", theirs[0], f"{error_ppm:.1f}", theirs[1])
+    console.print(table)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from oio.cli.build import build
+from oio.cli.compose import compose
 from oio.cli.experiment import execute
 from oio.cli.hydra_errors import known_error
 from oio.cli.run_folder import state_of, write_status
 from oio.core import interrupt
 from oio.core.folders import CONF
-from oio.sweep.compose import compose_job
 from oio.sweep.fingerprint import input_files
 from oio.sweep.manifest import INPUTS, Job
 
@@ -33,9 +33,9 @@ def run_job(work: Work) -> tuple[str, str | None]:
     try:
         interrupt.check()
         with ONE_AT_A_TIME:
-            composed = compose_job(work.job.words, work.places)
-            inputs = input_files(composed.cfg)
+            composed = compose(work.job.words, work.places)
             experiment = build(composed.cfg, composed.choices, list(work.job.words))
+            inputs = input_files(composed.cfg)
         notes = {INPUTS: json.dumps(inputs, indent=1) + "\n"} if inputs else {}
         execute(experiment, work.out, quiet=True, notes=notes)
     except KeyboardInterrupt:

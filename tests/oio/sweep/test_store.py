@@ -1,5 +1,6 @@
 """The store of results: read back bit-equal, and never when anything that a run depends on has changed."""
 
+import errno
 import json
 import os
 import shutil
@@ -11,7 +12,8 @@ import pytest
 from omegaconf import OmegaConf
 
 from oio.sweep import fingerprint
-from oio.sweep.fingerprint import input_files, version_of_everything
+from oio.sweep import store as store_module
+from oio.sweep.fingerprint import folders_of, input_files, version_of_everything
 from oio.sweep.manifest import Job
 from oio.sweep.store import Store
 
@@ -105,7 +107,39 @@ def test_hardware_and_what_is_not_whole_is_not_kept(tmp_path, summary):
 
 def test_a_store_that_cannot_be_written_costs_nothing_but_the_entry(tmp_path):
     (tmp_path / "store").write_text("a file")
-    Store(tmp_path / "store", "v").keep(JOB, run_in(tmp_path / "made"))
+    store = Store(tmp_path / "store", "v")
+    store.keep(JOB, run_in(tmp_path / "made"))
+    assert (tmp_path / "store").read_text() == "a file" and not store.restore(JOB, tmp_path / "out")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "made").iterdir()} == FILES
+
+
+def test_an_entry_that_no_longer_counts_is_replaced(tmp_path):
+    store = Store(tmp_path / "store", "v")
+    store.keep(JOB, run_in(tmp_path / "made"))
+    next((tmp_path / "store").glob("*/summary.json")).write_bytes(b"{}")
+    store.keep(JOB, tmp_path / "made")
+    assert store.restore(JOB, tmp_path / "out") and (tmp_path / "out" / "summary.json").read_bytes() == FILES["summary.json"]
+    assert len(list((tmp_path / "store").iterdir())) == 1
+
+
+def test_a_run_whose_log_stayed_elsewhere_is_not_kept(tmp_path):
+    store = Store(tmp_path / "store", "v")
+    store.keep(JOB, run_in(tmp_path / "made", **{"log_is_at.txt": b"host:/tmp/run"}))
+    assert not store.restore(JOB, tmp_path / "out")
+
+
+def test_a_disk_that_fills_while_a_run_is_read_back_leaves_no_part_of_it(tmp_path, monkeypatch):
+    store = Store(tmp_path / "store", "v")
+    store.keep(JOB, run_in(tmp_path / "made"))
+    place, left = store_module._place, iter((True, True))
+
+    def fills(source, target):
+        if next(left, None) is None:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        place(source, target)
+
+    monkeypatch.setattr(store_module, "_place", fills)
+    assert not store.restore(JOB, tmp_path / "out") and not (tmp_path / "out").exists()
 
 
 # ---- what results depend on
@@ -159,6 +193,20 @@ def test_code_of_other_packages_counts_by_its_target(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     cfg = OmegaConf.create({"ekf": {"_target_": "my_filters.mine.Mine"}, "sensor": {"_target_": "hardware.sensors.nose.Nose"}})
     assert set(input_files(cfg)) == {str(package / "__init__.py"), str(package / "mine.py")}
+
+
+def test_configuration_of_other_packages_counts_as_a_folder_does(tmp_path, monkeypatch):
+    package = tmp_path / "my_plugin" / "conf"
+    package.mkdir(parents=True)
+    for folder in (package, package.parent):
+        (folder / "__init__.py").write_text("")
+    (package / "mine.yaml").write_text("a: 1")
+    monkeypatch.syspath_prepend(tmp_path)
+    folders = folders_of(["pkg://my_plugin.conf", f"file://{tmp_path}", "pkg://not.there"])
+    assert folders == (package, tmp_path)
+    before = version_of_everything.__wrapped__(folders[:1])
+    (package / "mine.yaml").write_text("a: 2")
+    assert version_of_everything.__wrapped__(folders[:1]) != before
 
 
 # ---- as a user types it

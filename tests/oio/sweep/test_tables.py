@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from oio.core.errors import BadInput
 from oio.sweep.bootstrap import interval
 from oio.sweep.compare import _differences, compare
-from oio.sweep.group_table import group_table
+from oio.sweep.group_table import HEADS, group_table
+from oio.sweep.job_table import show_sweep
 from oio.sweep.manifest import Job, Manifest, Outcome
 from oio.sweep.records import records
 from oio.sweep.sheet import save
@@ -27,7 +28,7 @@ def outcome(
     scores = {"source_error_m": error, "inside_95": inside, "found": found, "sd_m": 0.01, "nees_source": 3.0}
     summary = {
         "schema": "x", "sensor": sensor, "dof": 5, "air": "still", "seed": seed, "calibrated": scores, "cold": {"source_error_m": cold},
-        "calibration": {"time_s": 60.0}, "verdict": verdict, "scored": {"word": word}, "wall_s": number * 1.0,
+        "calibration": {"time_s": 60.0, "u_a_ppm": 1.0}, "verdict": verdict, "scored": {"word": word}, "wall_s": number * 1.0,
     }  # fmt: skip
     return Outcome(job, state, None, summary if state == "done" else None)
 
@@ -43,6 +44,25 @@ def test_a_row_per_group_in_the_order_of_the_jobs():
 def test_failed_jobs_are_counted_and_not_averaged():
     told = group_table(records([outcome(0), outcome(1, state="failed")]), ["sensor"])
     assert (told[0]["jobs"], told[0]["failed"], told[0]["median"]) == (2, 1, 10.0)
+
+
+def test_a_failed_job_is_counted_in_the_group_that_it_would_have_been_in():
+    told = group_table(records([outcome(0), outcome(1, seed=1, state="failed"), outcome(2, "pa", state="failed")]), None)
+    assert [(row["sensor"], row["dof"], row["air"], row["jobs"], row["failed"]) for row in told] == [
+        ("ec", "5", "still", 2, 1), ("pa", "5", "still", 1, 1),
+    ]  # fmt: skip
+
+
+def test_jobs_are_shown_with_a_line_per_group_of_several(capsys):
+    show_sweep([outcome(0), outcome(1, seed=1, error=0.03), outcome(2, "pa")], "somewhere")
+    jobs, groups = capsys.readouterr().out.split("groups of several jobs; [low, high]")
+    assert "cal. time [s]" in jobs and "2_pa_seed0" in jobs
+    assert "20 [10, 30]" in groups and "pa" not in groups
+
+
+def test_every_column_is_explained():
+    (row,) = group_table(records([outcome(0)]), ["sensor"])
+    assert {key.removesuffix("_low").removesuffix("_high") for key in row} - {"sensor"} == set(HEADS)
 
 
 def test_groups_by_a_swept_key():
