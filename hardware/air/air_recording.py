@@ -19,6 +19,7 @@ from scipy.io import netcdf_file
 from hardware.air.grid import FieldSeries
 from oio.core.errors import BadInput
 from oio.core.records import Array
+from oio.core.settings import itself
 
 UNITS = {  # to m, s, m/s, ppm
     "length": {"m": 1.0, "metre": 1.0, "meter": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -41,6 +42,7 @@ class Puffs:
     place_m: Array
     sigma_m: Array
     amount_ml: Array
+    __deepcopy__ = itself  # large, and never changed
 
     def ppm(self, t_s: float, p_m: Array) -> float:
         """Concentration at p (3,) m: sum of Q / ((2 pi)^1.5 sigma^3) exp(-d^2 / 2 sigma^2); 1 ml in 1 m^3 is 1 ppm. A frame holds until

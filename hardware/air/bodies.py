@@ -9,6 +9,7 @@ face nearest to the source. The arm blocks likewise, as capsules about its links
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -31,14 +32,13 @@ class Plane:
 
     def through(self, field: Field) -> Field:
         """Return the field with this wall in it."""
+        return partial(self._field, field)
 
-        def with_wall(p_m: Array) -> float:
-            height = self.height_m(p_m)
-            if height < 0.0:
-                return 0.0
-            return field(p_m) + self.reflects * field(p_m - 2.0 * height * self.normal)
-
-        return with_wall
+    def _field(self, field: Field, p_m: Array) -> float:
+        height = self.height_m(p_m)
+        if height < 0.0:
+            return 0.0
+        return field(p_m) + self.reflects * field(p_m - 2.0 * height * self.normal)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,18 +53,16 @@ class Box:
 
     def through(self, field: Field) -> Field:
         """Return the field with this box in it."""
-        face = self._nearest_face()
+        return partial(self._field, field, self._nearest_face())
 
-        def with_box(p_m: Array) -> float:
-            if np.all((p_m > self.low_m) & (p_m < self.high_m)):
-                return 0.0
-            direct = field(p_m) * (self.transmits if self.hides(p_m) else 1.0)
-            height = face.height_m(p_m)
-            foot = p_m - height * face.normal
-            faces_it = height > 0.0 and bool(np.all((foot >= self.low_m - 1e-9) & (foot <= self.high_m + 1e-9)))
-            return direct + (self.reflects * field(p_m - 2.0 * height * face.normal) if faces_it else 0.0)
-
-        return with_box
+    def _field(self, field: Field, face: Plane, p_m: Array) -> float:
+        if np.all((p_m > self.low_m) & (p_m < self.high_m)):
+            return 0.0
+        direct = field(p_m) * (self.transmits if self.hides(p_m) else 1.0)
+        height = face.height_m(p_m)
+        foot = p_m - height * face.normal
+        faces_it = height > 0.0 and bool(np.all((foot >= self.low_m - 1e-9) & (foot <= self.high_m + 1e-9)))
+        return direct + (self.reflects * field(p_m - 2.0 * height * face.normal) if faces_it else 0.0)
 
     def _nearest_face(self) -> Plane:
         outside = np.concatenate([self.low_m - self.source_m, self.source_m - self.high_m])  # positive: the source is beyond this face

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
+from oio.core.settings import itself
 
 Values = NDArray[np.float32]
 
@@ -19,6 +20,7 @@ class FieldSeries:
     low_m: Array
     step_m: Array
     values: Values
+    __deepcopy__ = itself  # large, and never changed
 
     @property
     def high_m(self) -> Array:

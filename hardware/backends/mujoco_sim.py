@@ -3,6 +3,7 @@ and due samples are taken.
 """
 
 import contextlib
+import copy
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
@@ -54,22 +55,22 @@ class MujocoSim:
     @contextlib.contextmanager
     def open(self) -> Iterator["SimulatedWorld"]:
         """Create the plant and its world in simulated time; the arm is held at the end of the context, also after an exception."""
-        with self.plant() as plant:
-            bench = SimulatedWorld(self, plant)
-            try:
-                yield bench
-            finally:
-                bench.guard.stop("the run is over")
+        with self.plant() as plant, _stopped(SimulatedWorld(self, plant)) as world:
+            yield world
+
+    @contextlib.contextmanager
+    def resume(self, world: "SimulatedWorld") -> Iterator["SimulatedWorld"]:
+        """Make a copy of a world live, which goes on from there to the last bit as that world would; `world` itself is left as it is."""
+        again = copy.deepcopy(world)
+        with _warnings_to(again.warned), _stopped(again):
+            yield again
 
     @contextlib.contextmanager
     def plant(self) -> Iterator[Plant]:
         """Load the physics, place the sources and switch the sensor on."""
-        warned, before = list[str](), mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; an exception in the callback would abort
-        try:
+        warned = list[str]()
+        with _warnings_to(warned):
             yield Plant(self.plant_spec, warned)
-        finally:
-            mujoco.set_mju_user_warning(before)
 
     @property
     def plant_spec(self) -> PlantSpec:
@@ -79,6 +80,24 @@ class MujocoSim:
             background_ppm=self.background_ppm, emission_ml_s=self.emission_ml_s, period_s=self.joint_period_s, air_every=self.air_every,
             encoder_counts=self.encoder_counts, changes=self.world,
         )  # fmt: skip
+
+
+@contextlib.contextmanager
+def _warnings_to(warned: list[str]) -> Iterator[None]:
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(warned.append)  # else it writes MUJOCO_LOG.TXT; an exception in the callback would abort
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+@contextlib.contextmanager
+def _stopped(world: "SimulatedWorld") -> Iterator["SimulatedWorld"]:
+    try:
+        yield world
+    finally:
+        world.guard.stop("the run is over")
 
 
 class SimulatedWorld:
@@ -91,6 +110,11 @@ class SimulatedWorld:
         self._element, self._delay_line = 0, deque[GasSample]()  # sampled, not sent yet
         self.guard = Guard(sim.arm, sim.safety, sim.joint_period_s)
         self.guard.begin(sim.arm.home)
+
+    @property
+    def warned(self) -> list[str]:
+        """Warnings of the physics."""
+        return self._plant.warned
 
     @property
     def mjcf(self) -> str:

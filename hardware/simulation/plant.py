@@ -5,8 +5,9 @@ wire protocols of real devices. Each tick: servos get the set-point, through the
 sensor is exposed.
 """
 
+import copy
 import math
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import mujoco
 import numpy as np
@@ -35,7 +36,7 @@ class SensorChanges(Protocol):
 
 
 class Plant:
-    """Live plant. Time is counted in ticks of `spec.period_s`, so it never drifts. `warned` collects MuJoCo's warnings."""
+    """Live plant. Time is counted in ticks of `spec.period_s`, so it never drifts.."""
 
     _SETTLE_S = 1.0  # time to settle into the servos' sag and the backlash
 
@@ -62,7 +63,7 @@ class Plant:
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._hinges = np.array([self._model.joint(name).id for name in arm.names])
         self._servos = np.array([servo_of(self._model, name) for name in arm.names])
-        self._site, self._angles, self._ctrl = self._data.site(nose_site(arm)), self._data.qpos, self._data.ctrl  # views of the live data
+        self._view()
         self._links = self._model.jnt_bodyid[self._hinges]
         self._torque = np.zeros(arm.dof)
         limit = np.max(np.abs(self._model.actuator_forcerange[self._servos]), axis=1)
@@ -70,6 +71,21 @@ class Plant:
         (low, high), limited = self._model.jnt_range[self._hinges].T, self._model.jnt_limited[self._hinges].astype(bool)
         self._stop_low, self._stop_high = np.where(limited, low + END_STOP_RAD, -np.inf), np.where(limited, high - END_STOP_RAD, np.inf)
         self._settle_at_home()
+
+    def _view(self) -> None:
+        """Take views of the live data."""
+        self._site, self._angles, self._ctrl = self._data.site(nose_site(self._spec.arm)), self._data.qpos, self._data.ctrl
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Plant":
+        """A plant that goes on from here as this one would; the model, which never changes, is shared."""
+        made = copy.copy(self)
+        memo[id(self)] = made
+        made._data, made._warned = copy.copy(self._data), []
+        changing = ("_encoders", "_specimen", "_room", "places", "strengths", "_torque")
+        for name, value in copy.deepcopy({name: getattr(self, name) for name in changing}, memo).items():
+            setattr(made, name, value)
+        made._view()
+        return made
 
     def _settle_at_home(self) -> None:
         for name, home in zip(self._spec.arm.all_names, self._spec.arm.home_rad, strict=True):
@@ -93,6 +109,11 @@ class Plant:
                 f"the physics of {self._spec.arm.mjcf} broke down after {seconds(self.t_ns):.3f} s. MuJoCo says: {self._warned[0]} "
                 f"Check masses, gains and timestep of the MJCF; a smaller timestep or arm.joint_speed may do."
             )
+
+    @property
+    def warned(self) -> list[str]:
+        """MuJoCo's warnings."""
+        return self._warned
 
     @property
     def t_ns(self) -> int:

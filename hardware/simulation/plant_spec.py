@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from hardware.simulation.world_changes import WorldChanges
 from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.seeds import Seeds
+from oio.core.settings import itself
 from oio.gas.source import Source
 from oio.kinematics.arm import Arm
 
@@ -25,6 +26,7 @@ class PlantSpec:
     air_every: int  # ticks per step of the air
     encoder_counts: int  # per turn
     changes: WorldChanges
+    __deepcopy__ = itself
 
     @property
     def simulated_arm(self) -> Arm:

@@ -15,6 +15,7 @@ from typing import Any
 from oio import __version__
 from oio.cli.console import StageLines
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
+from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
 from oio.core.errors import OioError
 from oio.core.folders import ROOT
@@ -24,6 +25,7 @@ from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
+from oio.runtime.checkpoint import Checkpoint, Keep, Resumable
 from oio.runtime.runner import Stage, check_order, run_stages
 
 PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
@@ -57,20 +59,25 @@ class Experiment:
         }  # fmt: skip
 
 
-def execute(experiment: Experiment, out: Path, quiet: bool = False, notes: Mapping[str, str] | None = None) -> dict[str, Any]:
+def execute(
+    experiment: Experiment, out: Path, quiet: bool = False, notes: Mapping[str, str] | None = None, shared: SharedStages | None = None
+) -> dict[str, Any]:
     """Run all stages; leaves run.mcap, config.yaml, status.json and summary.json in `out`, and returns the summary.
 
-    `quiet`: without progress in the terminal. `notes`: further files to write, text by name.
+    `quiet`: without progress in the terminal. `notes`: further files to write, text by name. `shared`: stages of an earlier run that
+    need not run again; the results are the same to the last bit.
     A failure leaves its traceback in status.json and is raised again. A directory with a status.json is never written to.
     """
     check_order(experiment.stages)
     refuse_used(out)
     began = time.monotonic()
-    with experiment.backend.open() as world, RunFolder(out) as folder:  # a refusal leaves no directory behind
+    keep = shared.keep if shared is not None and isinstance(experiment.backend, Resumable) else None
+    begun = None if shared is None else shared.begin(experiment)
+    with opened(experiment, begun) as world, RunFolder(out) as folder:  # a refusal leaves no directory behind
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
             (out / name).write_text(text, encoding="utf-8")
         try:
-            document = _summary(experiment, _stages(experiment, world, out, quiet), time.monotonic() - began)
+            document = _summary(experiment, _stages(experiment, world, out, quiet, begun, keep), time.monotonic() - began)
             write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupt.asked():
@@ -82,11 +89,13 @@ def execute(experiment: Experiment, out: Path, quiet: bool = False, notes: Mappi
     return document
 
 
-def _stages(experiment: Experiment, world: World, out: Path, quiet: bool) -> dict[type, object]:
+def _stages(
+    experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
+) -> dict[type, object]:
     arm, lines = experiment.arm, StageLines(quiet)
     with _log(experiment, out) as log, lines:
         log.watchers.append(lines)
-        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw)
+        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
 
 
 def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:

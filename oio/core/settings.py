@@ -32,7 +32,13 @@ def settings(cls: type[T]) -> type[T]:
             check()
 
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
+    cls.__deepcopy__ = itself  # type: ignore[attr-defined]
     return dataclasses.dataclass(frozen=True, kw_only=True)(cls)
+
+
+def itself(frozen: T, memo: object) -> T:
+    """`__deepcopy__` of what never changes: a copy of what holds it may share it."""
+    return frozen
 
 
 def _checked(name: str, value: Any, hint: Any) -> Any:

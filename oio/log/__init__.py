@@ -19,9 +19,10 @@ from oio.log.read import (
     read_states,
 )
 from oio.log.salvage import recover, salvage
-from oio.log.write import ProgressWatcher, RunLog
+from oio.log.write import Journal, ProgressWatcher, RunLog
 
 __all__ = [
+    "Journal",
     "MemoryLog",
     "ProgressWatcher",
     "RecoveryReport",

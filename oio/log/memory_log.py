@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
-from oio.log.write import RunLog
+from oio.log.write import Journal, RunLog
 
 
 class MemoryLog(RunLog):
@@ -41,6 +41,17 @@ class MemoryLog(RunLog):
 
     def attach(self, name: str, data: bytes) -> None:
         """Not kept."""
+
+    def remember(self) -> None:
+        """World samples are kept in any case."""
+
+    def remembered(self) -> Journal:
+        """Return the samples written so far."""
+        return tuple(self._kept)
+
+    def repeat(self, journal: Journal) -> None:
+        """Keep the samples of another."""
+        self._kept += journal
 
     def _mark(self, stage: str, state: str, t_ns: int, result: object, figure: str = "") -> None:
         self._notify(stage, state, t_ns, "", figure)

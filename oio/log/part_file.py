@@ -2,7 +2,9 @@
 
 import os
 import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,9 @@ from oio.core.records import SECOND_NS
 
 CHUNK_BYTES = 256 * 1024
 METADATA = "oio.run"
+
+
+LogCall = Callable[["PartialLogFile"], Any]
 
 
 @dataclass(slots=True)
@@ -48,6 +53,7 @@ class PartialLogFile:
         self._channels: dict[str, _Channel] = {}
         self._t_ns = self._flushed_ns = 0
         self._flushed_wall_s = time.monotonic()
+        self._journal: list[LogCall] | None = None
         self._writer.add_metadata(METADATA, metadata)
         self.flush()  # the metadata of a run that crashes in its first second are kept
 
@@ -62,8 +68,13 @@ class PartialLogFile:
 
     def put(self, topic: str, t_ns: int, message: Any) -> None:
         """Append one message; both its MCAP times are the time of the record."""
-        channel = self.channel(topic, type(message))
-        self._writer.add_message(channel.id, t_ns, message.SerializeToString(), t_ns, channel.sequence)
+        self._append(topic, t_ns, type(message), message.SerializeToString())
+
+    def _append(self, topic: str, t_ns: int, kind: Any, data: bytes) -> None:
+        if self._journal is not None:
+            self._journal.append(partial(PartialLogFile._append, topic=topic, t_ns=t_ns, kind=kind, data=data))
+        channel = self.channel(topic, kind)
+        self._writer.add_message(channel.id, t_ns, data, t_ns, channel.sequence)
         channel.sequence += 1
         self._t_ns = max(self._t_ns, t_ns)
         if self._t_ns - self._flushed_ns >= SECOND_NS:
@@ -73,11 +84,15 @@ class PartialLogFile:
 
     def attach(self, name: str, data: bytes) -> None:
         """Append an attachment. At once, not at the end: the configuration of a crashed run is then in its log."""
+        if self._journal is not None:
+            self._journal.append(partial(PartialLogFile.attach, name=name, data=data))
         self._writer.add_attachment(0, self._t_ns, name, "application/octet-stream", data)
         self._flush_file()
 
     def flush(self) -> int:
         """Close the chunk and pass all data to the operating system; returns the file size in bytes."""
+        if self._journal is not None:
+            self._journal.append(PartialLogFile.flush)
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._flushed_ns = self._t_ns
         self._flush_file()
@@ -86,6 +101,19 @@ class PartialLogFile:
     def _flush_file(self) -> None:
         self._file.flush()
         self._flushed_wall_s = time.monotonic()
+
+    def remember(self) -> None:
+        """Keep in memory what is appended from now on."""
+        self._journal = []
+
+    def remembered(self) -> tuple[LogCall, ...]:
+        """Return what was appended since `remember`, as calls that append it to another file."""
+        return tuple(self._journal or ())
+
+    def repeat(self, calls: Iterable[LogCall]) -> None:
+        """Append what another file remembered: the same bytes, chunk by chunk."""
+        for call in calls:
+            call(self)
 
     def finish(self) -> None:
         """Write index and footer and close; the file name stays `.part`."""

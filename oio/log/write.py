@@ -12,6 +12,7 @@ from oio.log.plain_json import to_json
 from oio.log.read import samples_written
 from oio.log.scene import scene
 
+Journal = tuple[Any, ...]  # what a log has written, to be written to another
 ProgressWatcher = Callable[[str, str, int, str, str], None]
 
 
@@ -106,6 +107,18 @@ class RunLog:
     def samples(self, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
         """Return the samples written so far with since_ns < t_ns <= until_ns, in that order, read back from the file."""
         return samples_written(self._part.path, self._part.flush(), since_ns, until_ns)
+
+    def remember(self) -> None:
+        """Keep in memory what is logged from now on."""
+        self._part.remember()
+
+    def remembered(self) -> Journal:
+        """Return what was logged since `remember`."""
+        return self._part.remembered()
+
+    def repeat(self, journal: Journal) -> None:
+        """Log what another log of this kind remembered: the same bytes."""
+        self._part.repeat(journal)
 
     def _put(self, t_ns: int, messages: dict[str, Any]) -> None:
         for topic, message in messages.items():

@@ -65,6 +65,10 @@ class GuardedWorld:
         for _ in self.samples(0.0):  # a real world has gone on meanwhile
             pass
 
+    def resume(self, goal: Array) -> None:
+        """Go on with an arm that was commanded to `goal` (n,) rad before."""
+        self._goal, self._planned = goal, None
+
     @property
     def goal(self) -> Array:
         """The joints (n,) rad of the last command."""

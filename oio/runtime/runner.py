@@ -13,6 +13,7 @@ from oio.core.errors import BadInput
 from oio.core.interfaces import World
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
+from oio.runtime.checkpoint import Checkpoint, Checkpoints, Keep
 from oio.runtime.context import Context
 from oio.runtime.guarded_world import GuardedWorld
 
@@ -60,19 +61,36 @@ def _who_gives(need: type, stages: Mapping[str, Stage]) -> str:
 
 
 def run_stages(
-    stages: Mapping[str, Stage], world: World, arm: Arm, log: RunLog, out: Path, seed: int, highest_raw: float = math.inf
-) -> dict[type, object]:
+    stages: Mapping[str, Stage], world: World, arm: Arm, log: RunLog, out: Path, seed: int, highest_raw: float = math.inf,
+    begun: Checkpoint | None = None, keep: Keep | None = None,
+) -> dict[type, object]:  # fmt: skip
     """Run every stage in order; each has a random stream of its own, so a new stage cannot shift another's noise.
 
-    `highest_raw` is that of the sensor: stages see no gas that is not below it.
+    `highest_raw` is that of the sensor: stages see no gas that is not below it. `begun`: go on from there, in a copy of its world.
+    `keep` gets a checkpoint after every stage but the last.
     """
     check_order(stages)
+    watched, checkpoints = GuardedWorld(world, arm, log, highest_raw), Checkpoints(keep, world, log, out)
     results: dict[type, object] = {}
-    watched = GuardedWorld(world, arm, log, highest_raw)
-    for name, stage in stages.items():
+    if begun is not None:
+        _go_on(begun, watched, log, out)
+        results |= begun.results
+    for number, (name, stage) in enumerate(stages.items(), 1):
+        if begun is not None and number <= begun.stages:
+            continue
         rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
         with log.stage(name, lambda: watched.t_ns) as close:
             result = stage.run(Context(watched, log, rng, out, results))
             close(result)
         results[result_type(stage)] = result
+        if number < len(stages):
+            checkpoints.take(number, watched, results)
     return results
+
+
+def _go_on(begun: Checkpoint, watched: GuardedWorld, log: RunLog, out: Path) -> None:
+    """Bring log and files to where a checkpoint was taken."""
+    watched.resume(begun.goal)
+    log.repeat(begun.journal)
+    for name, data in begun.files.items():
+        (out / name).write_bytes(data)

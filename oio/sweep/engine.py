@@ -1,5 +1,6 @@
 """Where jobs run: one after another in this process, or in worker processes. A killed worker costs its job a retry, not the sweep."""
 
+import itertools
 import os
 import signal
 import threading
@@ -15,12 +16,15 @@ from typing import Protocol
 from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
 from oio.cli.run_folder import STOPPED, state_of, write_status
+from oio.cli.shared_stages import SharedStages
 from oio.core import interrupt
 from oio.sweep.attempts import set_aside
-from oio.sweep.worker import Work, run_job
+from oio.sweep.bundles import bundles
+from oio.sweep.worker import Work, run_bundle, run_job
 
+Bundled = Future[list[tuple[str, str | None]]]
 Ended = tuple[Work, str, str | None]  # the job, its state and error
-AHEAD = 3  # jobs handed out per worker, so that none waits for the next
+AHEAD = 3  # bundles handed out per worker, so that none waits for the next
 STOP_S = 2.0  # for workers to close their logs after a stop; then they are killed
 
 
@@ -38,10 +42,12 @@ class InThisProcess:
 
     def run(self, works: Sequence[Work]) -> Iterator[Ended]:
         """See `Engine`."""
-        for work in works:
-            state, error = run_job(work)
-            interrupt.check()
-            yield work, state, error
+        for bundle in bundles(works, 1):
+            shared = SharedStages() if len(bundle) > 1 else None
+            for work in bundle:
+                state, error = run_job(work, shared)
+                interrupt.check()
+                yield work, state, error
 
 
 @dataclass(frozen=True)
@@ -74,26 +80,28 @@ class WorkerProcesses:
     def _until_one_dies(self, works: Sequence[Work], lost: list[Work]) -> Iterator[Ended]:
         """Yield what ends; `lost` are the jobs that had not when a worker died, which ends the others as well."""
         pool = ProcessPoolExecutor(max_workers=min(self.processes, len(works)), initializer=_begin_worker, initargs=(os.getpid(),))
-        left, running = deque(works), dict[Future[tuple[str, str | None]], Work]()
+        left, running = deque(bundles(works, self.processes)), dict[Bundled, list[Work]]()
         try:
             while (left and not lost) or running:
                 while left and not lost and len(running) < AHEAD * self.processes:
-                    work = left.popleft()
-                    running[pool.submit(run_job, work)] = work
+                    bundle = left.popleft()
+                    running[pool.submit(run_bundle, bundle)] = bundle
                 done, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
                 interrupt.check()
                 for future in done:
-                    work = running.pop(future)
+                    bundle = running.pop(future)
                     try:
-                        yield work, *future.result()
+                        ended = future.result()
                     except BrokenProcessPool:
-                        lost.append(work)
+                        lost += bundle
+                    else:
+                        yield from ((work, *end) for work, end in zip(bundle, ended, strict=True))
         finally:
             _stop(pool, running)
-        lost.extend(left)
+        lost += itertools.chain.from_iterable(left)
 
 
-def _stop(pool: ProcessPoolExecutor, running: dict[Future[tuple[str, str | None]], Work]) -> None:
+def _stop(pool: ProcessPoolExecutor, running: dict[Bundled, list[Work]]) -> None:
     """End the workers: those at work close their logs first, if they can within `STOP_S`, then they are killed."""
     workers = list(pool._processes.values())
     left = [future for future in running if not future.cancel()]
@@ -105,7 +113,7 @@ def _stop(pool: ProcessPoolExecutor, running: dict[Future[tuple[str, str | None]
             with suppress(ProcessLookupError):
                 os.kill(worker.pid, signal.SIGKILL)
     pool.shutdown(wait=True, kill_workers=bool(left))
-    for work in running.values():
+    for work in itertools.chain.from_iterable(running.values()):
         if state_of(work.out)[0] == "killed":
             write_status(work.out, "interrupted", STOPPED)
 

@@ -1,8 +1,9 @@
-"""One job of a sweep, in whatever process: composed, built and run into its own folder."""
+"""Jobs of a sweep, in whatever process: composed, built and run into their own folders."""
 
 import json
 import threading
 import traceback
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from oio.cli.compose import compose
 from oio.cli.experiment import execute
 from oio.cli.hydra_errors import known_error
 from oio.cli.run_folder import state_of, write_status
+from oio.cli.shared_stages import SharedStages
 from oio.core import interrupt
 from oio.core.folders import CONF
 from oio.sweep.fingerprint import input_files
@@ -28,7 +30,13 @@ class Work:
     places: tuple[str, ...] = ()
 
 
-def run_job(work: Work) -> tuple[str, str | None]:
+def run_bundle(works: Sequence[Work]) -> list[tuple[str, str | None]]:
+    """Run jobs one after another, those that begin with the same stages from where they part; return the state and error of each."""
+    shared = SharedStages() if len(works) > 1 else None
+    return [run_job(work, shared) for work in works]
+
+
+def run_job(work: Work, shared: SharedStages | None = None) -> tuple[str, str | None]:
     """Run a job into its folder, and return its state and error; nothing is raised, so that a failure does not stop the others."""
     try:
         interrupt.check()
@@ -37,7 +45,7 @@ def run_job(work: Work) -> tuple[str, str | None]:
             experiment = build(composed.cfg, composed.choices, list(work.job.words))
             inputs = input_files(composed.cfg)
         notes = {INPUTS: json.dumps(inputs, indent=1) + "\n"} if inputs else {}
-        execute(experiment, work.out, quiet=True, notes=notes)
+        execute(experiment, work.out, quiet=True, notes=notes, shared=shared)
     except KeyboardInterrupt:
         return "interrupted", None
     except Exception as error:

@@ -1,5 +1,6 @@
 """The simulated bench: it keeps a backend's promises, and its encoders, free play and seeds do what the configuration says."""
 
+import copy
 import hashlib
 import itertools
 import math
@@ -325,6 +326,23 @@ def test_physics_that_break_down_on_the_way_are_an_error_too(sim, monkeypatch, t
         with pytest.raises(OioError, match=r"broke down after 0\.100 s. MuJoCo says: Nan, Inf or huge value in QVEL"):
             list(world.samples(0.1))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("words", [("air=draft", "world=wall"), ("air=ventilated", "sensor=mox_mics", "world=arm_shadow"), QUIET])
+def test_a_copy_of_a_world_goes_on_as_the_world_does_and_changes_nothing_in_it(built, words):
+    backend = built("backend", *words)
+    with backend.open() as world:
+        world.present("source")
+        world.move(backend.arm.home + 0.1, 0.5)
+        list(world.samples(0.23))  # on its way, between two reports of the load
+        kept = copy.deepcopy(world)
+        expected = digest(world.samples(2.0))
+    for _ in range(2):
+        with backend.resume(kept) as again:
+            assert digest(again.samples(2.0)) == expected
+            with pytest.raises(OioError, match="broke down"):
+                again._plant._data.qvel[0] = np.nan
+                list(again.samples(0.1))
 
 
 def test_a_late_reading_is_what_was_sensed_before(sim):

@@ -1,0 +1,54 @@
+"""A run after some of its stages: all that the rest needs to go on as if nothing had been between."""
+
+import copy
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+from oio.core.interfaces import World
+from oio.core.records import Array
+from oio.log import Journal, RunLog
+from oio.runtime.guarded_world import GuardedWorld
+
+
+@runtime_checkable
+class Resumable(Protocol):
+    """Optional protocol of a backend whose worlds can be copied: simulations."""
+
+    def resume(self, world: World) -> AbstractContextManager[World]:
+        """Make a copy of a world live, which goes on from there to the last bit as that world would."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checkpoint:
+    """What a run was after its first `stages` stages: a copy of the world, the goal of the arm, the results, the log, and files."""
+
+    stages: int
+    world: World
+    goal: Array
+    results: Mapping[type, object]
+    journal: Journal
+    files: Mapping[str, bytes]
+
+
+Keep = Callable[[Checkpoint], None]
+
+
+class Checkpoints:
+    """Takes the checkpoints of one run, whose files go to `out`."""
+
+    def __init__(self, keep: Keep | None, world: World, log: RunLog, out: Path) -> None:
+        self._keep, self._world, self._log, self._out = keep, world, log, out
+        self._before = {path.name for path in out.iterdir()} if keep else set()
+        if keep:
+            log.remember()
+
+    def take(self, stages: int, watched: GuardedWorld, results: Mapping[type, object]) -> None:
+        """Take one, if they are kept."""
+        if self._keep is None:
+            return
+        files = {path.name: path.read_bytes() for path in sorted(self._out.iterdir()) if path.name not in self._before}
+        self._keep(Checkpoint(stages, copy.deepcopy(self._world), watched.goal, dict(results), self._log.remembered(), files))
