@@ -1,32 +1,18 @@
-"""One run: the experiment that Hydra built, executed into an output directory with log, config, status and summary."""
+"""The experiment that Hydra built: everything of a run, frozen."""
 
 import json
 import platform
 import subprocess
-import time
-import traceback
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from oio import __version__
-from oio.cli.console import StageLines
-from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
-from oio.cli.shared_stages import SharedStages, opened
-from oio.core import interrupt
-from oio.core.errors import OioError
 from oio.core.folders import ROOT
-from oio.core.interfaces import Backend, Sensor, World
+from oio.core.interfaces import Backend, Sensor
 from oio.kinematics.arm import Arm
-from oio.kinematics.model_loading import kinematics_mjcf
-from oio.log import MemoryLog, RunLog
-from oio.results.calibration import Calibration
-from oio.results.summary import Evaluation, summary, to_json
-from oio.runtime.checkpoint import Checkpoint, Keep, Resumable
-from oio.runtime.runner import Stage, check_order, run_stages
+from oio.runtime.runner import Stage
 
 PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
 
@@ -57,61 +43,6 @@ class Experiment:
             **named, "config": self.config_yaml, "overrides": json.dumps(self.overrides),
             "versions": json.dumps(versions), "git": _git_state(), "clock": "simulated or device seconds since the world opened",
         }  # fmt: skip
-
-
-def execute(
-    experiment: Experiment, out: Path, quiet: bool = False, notes: Mapping[str, str] | None = None, shared: SharedStages | None = None
-) -> dict[str, Any]:
-    """Run all stages; leaves run.mcap, config.yaml, status.json and summary.json in `out`, and returns the summary.
-
-    `quiet`: without progress in the terminal. `notes`: further files to write, text by name. `shared`: stages of an earlier run that
-    need not run again; the results are the same to the last bit.
-    A failure leaves its traceback in status.json and is raised again. A directory with a status.json is never written to.
-    """
-    check_order(experiment.stages)
-    refuse_used(out)
-    began = time.monotonic()
-    keep = shared.keep if shared is not None and isinstance(experiment.backend, Resumable) else None
-    begun = None if shared is None else shared.begin(experiment)
-    with opened(experiment, begun) as world, RunFolder(out) as folder:  # a refusal leaves no directory behind
-        for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
-            (out / name).write_text(text, encoding="utf-8")
-        try:
-            document = _summary(experiment, _stages(experiment, world, out, quiet, begun, keep), time.monotonic() - began)
-            write_whole(out / SUMMARY, to_json(document))
-        except BaseException as error:
-            if isinstance(error, KeyboardInterrupt) or interrupt.asked():
-                folder.status("interrupted", STOPPED)
-                raise KeyboardInterrupt from error
-            folder.status("failed", str(error) if isinstance(error, OioError) else repr(error), traceback.format_exc())
-            raise
-        folder.status("done")
-    return document
-
-
-def _stages(
-    experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
-) -> dict[type, object]:
-    arm, lines = experiment.arm, StageLines(quiet)
-    with _log(experiment, out) as log, lines:
-        log.watchers.append(lines)
-        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
-
-
-def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:
-    if not experiment.logged:
-        return nullcontext(MemoryLog())
-    attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(experiment.arm.path)}
-    return RunLog.create(
-        out / "run.mcap", sensor=experiment.sensor.name, joints=experiment.arm.names, metadata=experiment.about(), attachments=attachments
-    )
-
-
-def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float) -> dict[str, Any]:
-    calibration, found = results.get(Calibration), results.get(Evaluation)
-    assert calibration is None or isinstance(calibration, Calibration)
-    assert found is None or isinstance(found, Evaluation)
-    return summary(experiment.identity, calibration, found, wall_s)
 
 
 def _version(package: str) -> str:

@@ -14,8 +14,8 @@ from omegaconf import DictConfig
 
 from oio.cli.build import build
 from oio.cli.console import show_summary
+from oio.cli.execute import execute
 from oio.cli.exit_codes import run_command
-from oio.cli.experiment import execute
 from oio.cli.hydra_errors import known_error
 from oio.cli.outcome import FAILED, raise_first
 from oio.cli.plugins import plugin_packages, search_path, without_search_path

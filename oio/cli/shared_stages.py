@@ -1,13 +1,10 @@
 """Stages that runs have in common: runs that differ in later stages alone, such as filters over one truth, are calibrated once."""
 
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
 
+from oio.cli.experiment import Experiment
 from oio.core.interfaces import World
 from oio.runtime.checkpoint import Checkpoint, Resumable
-
-if TYPE_CHECKING:
-    from oio.cli.experiment import Experiment
 
 
 class SharedStages:
@@ -17,13 +14,13 @@ class SharedStages:
         self._last: Experiment | None = None
         self._checkpoints: list[Checkpoint] = []
 
-    def begin(self, experiment: "Experiment") -> Checkpoint | None:
+    def begin(self, experiment: Experiment) -> Checkpoint | None:
         """Return where a run can begin, after the stages that it has in common with the last one; None: at its beginning."""
         common = self._common(experiment)
         self._last, self._checkpoints = experiment, [c for c in self._checkpoints if c.stages <= common]
         return self._checkpoints[-1] if self._checkpoints else None
 
-    def _common(self, experiment: "Experiment") -> int:
+    def _common(self, experiment: Experiment) -> int:
         last = self._last
         if last is None or not _same_world(last, experiment):
             return 0
@@ -36,7 +33,7 @@ class SharedStages:
         self._checkpoints.append(checkpoint)
 
 
-def opened(experiment: "Experiment", begun: Checkpoint | None) -> AbstractContextManager[World]:
+def opened(experiment: Experiment, begun: Checkpoint | None) -> AbstractContextManager[World]:
     """Return the world of a run: a new one, or a copy of that of a checkpoint."""
     if begun is None:
         return experiment.backend.open()
@@ -44,6 +41,6 @@ def opened(experiment: "Experiment", begun: Checkpoint | None) -> AbstractContex
     return experiment.backend.resume(begun.world)
 
 
-def _same_world(a: "Experiment", b: "Experiment") -> bool:
+def _same_world(a: Experiment, b: Experiment) -> bool:
     parts = ((a.backend, b.backend), (a.arm, b.arm), (a.sensor, b.sensor))
     return isinstance(b.backend, Resumable) and all(x is y for x, y in parts) and (a.seed, a.logged) == (b.seed, b.logged)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from oio.cli.build import build
 from oio.cli.compose import compose
-from oio.cli.experiment import execute
+from oio.cli.execute import execute
 from oio.cli.hydra_errors import known_error
 from oio.cli.run_folder import state_of, write_status
 from oio.cli.shared_stages import SharedStages

@@ -20,7 +20,7 @@ from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.statistics import anees_band, rms_ratio, wilson
 from oio.bench.trial import composed_trial, experiment, run_trial, try_trial
 from oio.cli.build import build
-from oio.cli.experiment import execute
+from oio.cli.execute import execute
 from oio.core.errors import BadInput
 from oio.core.records import Event, GasSample
 from oio.log import MemoryLog

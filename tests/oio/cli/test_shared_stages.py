@@ -7,7 +7,7 @@ import pytest
 
 from oio.cli.build import build
 from oio.cli.compose import compose
-from oio.cli.experiment import execute
+from oio.cli.execute import execute
 from oio.cli.shared_stages import SharedStages
 from pipelines.baseline import Baseline
 from pipelines.map_beliefs import MapBeliefs
