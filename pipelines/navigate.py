@@ -48,11 +48,12 @@ class Navigate:
     stop: StopRule
     verification: Verification
     elsewhere: LookElsewhere
+    belief_every_s: float  # between two beliefs in the log, besides those of maps
 
     def check(self) -> None:
         """Refuse a search that cannot begin or end."""
         in_range(self, whiff_sigmas=(0, 1e6), max_moves=(self.mapping.explore_moves, 10_000), max_s=(1.0, 1e6))
-        in_range(self, dwell_s=(0, 600), dwell_taus=(0, 10), standoff_m=(0, 10))
+        in_range(self, dwell_s=(0, 600), dwell_taus=(0, 10), standoff_m=(0, 10), belief_every_s=(0, 1e6))
 
     def run(self, context: Context) -> Navigation:
         """Searches with the calibrated filter in the chosen assembly; every belief goes to the log."""
@@ -119,7 +120,7 @@ class Navigate:
             innovation = recorder.reading(sensed)
             if innovation is not None:
                 context.log.innovation(innovation)
-                self._log_belief(context, odometry)
+                self._log_belief(context, odometry, self.belief_every_s)
         return recorder.finished(goal)
 
     def _view(self, odometry: Odometry, moves: tuple[Move, ...], dwell_s: float) -> View:
@@ -127,10 +128,10 @@ class Navigate:
         believed = (None, ()) if self.mapping.lost(moves) else (odometry.belief, odometry.hypotheses)
         return View(self.arm, odometry.model, *believed, moves, dwell_s, self.standoff_m, odometry.prior.mean[:LAW])
 
-    def _log_belief(self, context: Context, odometry: Odometry) -> None:
+    def _log_belief(self, context: Context, odometry: Odometry, every_s: float = 0.0) -> None:
         belief, nose, model = odometry.belief, odometry.nose(), odometry.model
         if belief is not None and nose is not None:
-            context.log.estimate(belief, model.names, model.units)
+            context.log.estimate(belief, model.names, model.units, every_s)
             context.log.odometry(belief.t_ns, *nose)
 
     def _tell(self, context: Context, odometry: Odometry, moves: int) -> None:

@@ -32,6 +32,7 @@ PORTABLE = {
 }
 LIBRARIES = ("numpy", "scipy", "numba", "mujoco", "filterpy")
 
+EVERY_BELIEF = "stage.navigate.belief_every_s=0"  # to the log
 SHORT = (
     "dof=3", "seed=3", "stage.navigate.max_moves=15", "stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0",
     "stage.calibrate_bouts.moves_per_rung=2",
@@ -76,7 +77,7 @@ def run(name, folder):
     logs = {f"{{{other}}}": str(run(other, folder) / "run.mcap") for other in told if other}
     for hole, log in logs.items():
         words = tuple(word.replace(hole, log) for word in words)
-    command = [sys.executable, "-m", "oio.run", *words, f"hydra.run.dir={out}"]
+    command = [sys.executable, "-m", "oio.run", *words, EVERY_BELIEF, f"hydra.run.dir={out}"]
     done = subprocess.run(command, cwd=ROOT, env={**os.environ, **PORTABLE}, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     return out

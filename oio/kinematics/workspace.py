@@ -49,7 +49,7 @@ class Workspace(SerialArm):
         if not self.is_allowed(q):
             p = self.nose(q)
             raise BadInput(
-                f"a move to {np.round(q, 4).tolist()} rad (nose at {np.round(p, 3).tolist()} m) was asked for, but joints may go "
+                f"a move to {_rounded(q, 4)} rad (nose at {_rounded(p, 3)} m) was asked for, but joints may go "
                 f"from {self.low_rad.tolist()} to {self.high_rad.tolist()} rad and the nose from {self.box_low_m} to {self.box_high_m} m."
             )
         return q
@@ -101,3 +101,8 @@ def _line_in_joint_space(q_from: Array, q_to: Array, begin: float, places: int) 
     """Joints (places, ..., n) on the straight line from the fraction `begin` of it to its end."""
     fraction = np.linspace(begin, 1.0, places).reshape(-1, *(1,) * np.ndim(q_to))
     return np.asarray(q_from + fraction * (q_to - q_from))
+
+
+def _rounded(values: Array, digits: int) -> list[float]:
+    """Values for a message; NumPy's own overflows for what is next to infinity."""
+    return [round(float(value), digits) for value in values]

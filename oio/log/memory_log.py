@@ -2,15 +2,15 @@
 
 from collections.abc import Iterator
 
-from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
-from oio.log.write import Journal, RunLog
+from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample
+from oio.log.write import LONG_AGO_NS, Journal, RunLog
 
 
 class MemoryLog(RunLog):
     """A `RunLog` without a file: `samples` returns the same record objects that were written, in the same order."""
 
     def __init__(self) -> None:
-        self._stage, self._last_progress_ns = "", -SECOND_NS
+        self._stage, self._last_progress_ns, self._last_estimate_ns = "", LONG_AGO_NS, LONG_AGO_NS
         self.watchers = []
         self._kept: list[WorldSample] = []
 
@@ -27,7 +27,7 @@ class MemoryLog(RunLog):
     def reading(self, reading: GasReading) -> None:
         """Derived from a sample: not kept."""
 
-    def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...]) -> None:
+    def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...], every_s: float = 0.0) -> None:
         """Not kept."""
 
     def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:

@@ -5,13 +5,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample
+from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample, nanoseconds
 from oio.log import encode, schemas
 from oio.log.part_file import PartialLogFile
 from oio.log.plain_json import to_json
 from oio.log.read import samples_written
 from oio.log.scene import scene
 
+LONG_AGO_NS = -(1 << 62)
 Journal = tuple[Any, ...]  # what a log has written, to be written to another
 ProgressWatcher = Callable[[str, str, int, str, str], None]
 
@@ -24,7 +25,7 @@ class RunLog:
 
     def __init__(self, part: PartialLogFile, sensor: str, joints: tuple[str, ...]) -> None:
         self._part, self._sensor, self._joints = part, sensor, joints
-        self._stage, self._last_progress_ns = "", -SECOND_NS
+        self._stage, self._last_progress_ns, self._last_estimate_ns = "", LONG_AGO_NS, LONG_AGO_NS
         self.watchers: list[ProgressWatcher] = []
         # All sample channels are declared in the first chunk, so that a reader may skip later chunks by their times.
         for topic, kind in encode.sample_topics(sensor).items():
@@ -55,8 +56,11 @@ class RunLog:
         """Log a calibrated reading in ppm."""
         self._part.put(f"/gas/{self._sensor}/reading", reading.t_ns, encode.gas_reading(reading))
 
-    def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...]) -> None:
-        """Log a belief (n,), (n, n), with a name and a unit for each of the n entries."""
+    def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...], every_s: float = 0.0) -> None:
+        """Log a belief (n,), (n, n), with a name and a unit for each of the n entries; none less than `every_s` after the last one."""
+        if belief.t_ns - self._last_estimate_ns < nanoseconds(every_s):
+            return
+        self._last_estimate_ns = belief.t_ns
         self._part.put("/estimate/state", belief.t_ns, encode.state(belief, names, units))
 
     def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
@@ -79,7 +83,7 @@ class RunLog:
     def stage(self, name: str, clock: Callable[[], int]) -> Iterator[Callable[[object], None]]:
         """Log begin and end of a stage at the times of `clock`; call the yielded function with the stage's result."""
         results: list[object] = []
-        outer, self._stage, self._last_progress_ns = self._stage, name, -SECOND_NS
+        outer, self._stage, self._last_progress_ns, self._last_estimate_ns = self._stage, name, LONG_AGO_NS, LONG_AGO_NS
         self._mark(name, "begin", clock(), None)
         try:
             yield results.append

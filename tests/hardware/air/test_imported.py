@@ -301,6 +301,7 @@ def test_an_unknown_way_to_go_on_is_refused():
         ImportedGas(name="gas", path="x", frame_s=0.5, begins_s=0.0, after_end="stop")
 
 
+@pytest.mark.slow
 def test_a_source_in_recorded_gas_is_found(tmp_path):
     """Steady gas about a source, written to a file; calibration and search as in any room."""
     axis = np.linspace(-0.9, 0.9, 73)

@@ -86,6 +86,20 @@ def test_beliefs_and_innovations_come_back_bit_for_bit(numbers: tuple[list[float
         assert [bits(i) for i in read_innovations(path)] == [bits(innovation)]
 
 
+def test_beliefs_are_thinned_to_a_rate_anew_in_every_stage(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    belief = [Belief(i * SECOND_NS // 10, [float(i)], [[1.0]]) for i in range(20)]
+    with create(path) as log:
+        with log.stage("navigate", lambda: 0):
+            for each in belief[:12]:
+                log.estimate(each, ("a",), ("m",), 0.5)
+            log.estimate(belief[12], ("a",), ("m",))  # a map
+        with log.stage("again", lambda: 0):
+            for each in belief[13:]:
+                log.estimate(each, ("a",), ("m",), 0.5)
+    assert [int(b.mean[0]) for b in read_beliefs(path)] == [0, 5, 10, 12, 13, 18]
+
+
 def test_a_window_is_open_below_and_closed_above(tmp_path: Path) -> None:
     path = gas(tmp_path / "run.mcap")
     assert [s.t_ns for s in read_samples(path, SECOND_NS, 2 * SECOND_NS)] == [i * SECOND_NS // 10 for i in range(11, 21)]

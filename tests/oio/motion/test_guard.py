@@ -160,6 +160,12 @@ def assert_obeys(made, words, examples, most):
     obeys()
 
 
+def test_a_goal_next_to_infinity_is_refused_with_its_value(made):
+    """What would overflow in the message must not."""
+    with pytest.raises(BadInput, match=r"a move to \[0.0, 1.797693134862316e\+304\] rad"):
+        stood(*made("dof=2")).move(np.array([0.0, 1.797693134862316e304]), 1.0, 0.0)
+
+
 @pytest.mark.parametrize("words", ARMS)
 def test_no_sequence_of_commands_leaves_limits_box_and_speeds(made, words):
     assert_obeys(made, words, examples=40, most=40)
