@@ -94,10 +94,8 @@ def short(module, words):
     if module == "oio.bench":
         one_seed = ["seeds=7000:7001"] if words[0] != "filters" else []
         few = [few for stage in FEW.values() for few in stage] if words[0] in ("accuracy", "worlds") else []
-        given = [
-            word for word in words if not word.startswith("seeds=") and word.partition("=")[0] not in {f.partition("=")[0] for f in few}
-        ]
-        return [*given, *one_seed, *few]
+        replaced = {"seeds", *(word.partition("=")[0] for word in few)}
+        return [*(word for word in words if word.partition("=")[0] not in replaced), *one_seed, *few]
     if module != "oio.run" or {"--help", "--cfg"} & set(words):
         return words
     stages = next((word.removeprefix("stage=").strip("[]").split(",") for word in words if word.startswith("stage=")), list(FEW))
