@@ -5,11 +5,15 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
-from oio.sweep.manifest import Manifest
+from oio.sweep import dask_cluster
+from oio.sweep.dask_cluster import Collected, DaskCluster
+from oio.sweep.manifest import Job, Manifest
+from oio.sweep.worker import Work
 
 pytest.importorskip("distributed")
 
@@ -48,6 +52,31 @@ def cluster(tmp_path):
     for process in processes:
         process.kill()
         process.wait()
+
+
+def sleeping(job, places, version, collect):
+    """In place of a job: it takes a while, and sends back as much as a run without its log."""
+    time.sleep(2.0)
+    return Collected("done", None, {"summary.json": b"x" * 3000, "config.yaml": b"y" * 23_000, "status.json": b'{"state": "done"}'}, None)
+
+
+@pytest.mark.slow
+@pytest.mark.alone
+def test_fifty_workers_are_fed(tmp_path, monkeypatch):
+    """The work of the parent, scheduler included, leaves room for a hundred workers at jobs of a few seconds each."""
+    import cloudpickle
+
+    monkeypatch.setattr(dask_cluster, "run_elsewhere", sleeping)
+    cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    works = [Work(Job(i, (f"seed={i}",), str(i)), tmp_path / str(i)) for i in range(500)]
+    spent, states = [], Counter()
+    for _, state, _ in DaskCluster(None, 50, "1GB", 0, "all").run(works):
+        states[state] += 1
+        spent.append((time.process_time(), time.monotonic()))
+    assert states == {"done": 500}
+    cpu_s, wall_s = (spent[-1][i] - spent[0][i] for i in (0, 1))
+    print(f"{1e3 * cpu_s / 500:.1f} ms a job in the parent; {wall_s:.0f} s, {500 * 2.0 / 50:.0f} s without any")
+    assert cpu_s / 500 < 0.020
 
 
 def records(folder):

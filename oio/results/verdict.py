@@ -5,11 +5,9 @@ Each reason gives the number, the limit, and what to do.
 
 from dataclasses import dataclass
 
-from scipy.special import chdtri
-
 from oio.core.settings import in_range, settings
 from oio.inference.map_fit import CALIBRATED
-from oio.inference.metrics import ResidualTest
+from oio.inference.metrics import CHI2_95, ResidualTest
 from oio.results.summary import Outcome, Scored, Verdict
 
 
@@ -115,7 +113,7 @@ def score(outcome: Outcome, bound_m: float | None, dof: int, limits: Limits) -> 
         return Scored("unknown", ())
     reasons = list[str]()
     if not outcome.inside_95:
-        limit = float(chdtri(min(dof, 3), 0.05))  # a bearing has one or two degrees of freedom
+        limit = CHI2_95[min(dof, 3)]  # a bearing has one or two degrees of freedom
         text = f"the 95 % region misses the source (NEES {outcome.nees_source:.1f}, the region ends at {limit:.1f})"
         chance = "expected in one run of twenty" if outcome.nees_source <= limits.nees_fail else "the covariance is too small"
         reasons.append(f"{text}: {chance}.")

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -19,10 +20,17 @@ from mcap.writer import CompressionType, Writer
 
 import oio.sweep  # noqa: F401  - sets the threads of BLAS before numpy is used
 from hardware.air import puffs
+from hardware.simulation.live_room import LiveRoom
+from hardware.simulation.plant import Plant
 from oio.bench.filter_workload import workload
 from oio.bench.filters import timed
 from oio.bench.trial import composed_trial, run_trial
+from oio.cli.build import build
+from oio.cli.compose import compose
+from oio.cli.execute import execute
+from oio.cli.shared_stages import SharedStages
 from oio.core.records import JointState
+from oio.inference.belief_map import BeliefMap
 from oio.inference.forward_model import Problem
 from oio.log import RunLog
 from oio.log.encode import world_sample
@@ -30,6 +38,12 @@ from oio.log.encode import world_sample
 ROOT = Path(__file__).resolve().parents[2]
 WORDS = ("sensor=ec", "dof=5")
 Line = tuple[str, str, str, str]  # what, measured, reference, ratio
+PARTS = (("physics", Plant, "_step"), ("gas", LiveRoom, "step"), ("gas", LiveRoom, "ppm"), ("maps", BeliefMap, "locate"))
+GPU = """
+There is no extra for a GPU. It would simulate many worlds at once (MJX or MuJoCo Warp), but physics and gas have the shares of a trial that
+stand above: with both free of charge it would be shorter by no more than that. The rest are fits of maps with few parameters and few
+readings, each of its own length, which do not fill a GPU. More cores and more machines help in full.
+"""
 
 
 def fastest(work: Callable[[], object], repeats: int = 7) -> float:
@@ -146,6 +160,65 @@ def forward_growth() -> Line:
     )
 
 
+def parts() -> list[Line]:
+    """What parts of a trial take, as shares of it: what another processor for one of them could save at most."""
+    spent: Counter[str] = Counter()
+
+    def timed_as(part: str, kind: type, name: str) -> None:
+        plain = getattr(kind, name)
+
+        def method(*given: object, **named: object) -> object:
+            began = time.perf_counter()
+            try:
+                return plain(*given, **named)
+            finally:
+                spent[part] += time.perf_counter() - began
+
+        undo.append((kind, name, plain))
+        setattr(kind, name, method)
+
+    undo: list[tuple[type, str, object]] = []
+    run_trial(WORDS, 0)
+    for part, kind, name in (
+        ("physics", Plant, "_step"),
+        ("gas", LiveRoom, "step"),
+        ("gas", LiveRoom, "ppm"),
+        ("maps", BeliefMap, "locate"),
+    ):
+        timed_as(part, kind, name)
+    try:
+        began = time.perf_counter()
+        for seed in range(3):
+            run_trial(WORDS, seed)
+        whole = time.perf_counter() - began
+    finally:
+        for kind, name, plain in undo:
+            setattr(kind, name, plain)
+    return [(f"{part}, of a trial", f"{took / 3:.2f} s", "the trial", f"{took / whole:.2f}") for part, took in spent.items()]
+
+
+def runs() -> list[Line]:
+    """A run with its log against a trial in memory, and the second of two filters over one truth against the same run alone."""
+    with tempfile.TemporaryDirectory() as folder:
+
+        def run(name: str, ekf: str, shared: SharedStages | None) -> float:
+            composed = compose([*WORDS, "seed=0", f"ekf={ekf}"], ())
+            began = time.perf_counter()
+            execute(build(composed.cfg, composed.choices, []), Path(folder) / name, quiet=True, shared=shared)
+            return time.perf_counter() - began
+
+        run("warm", "ekf", None)
+        run("warm_too", "fixed_lag", None)
+        logged, trial = run("logged", "ekf", None), fastest(lambda: run_trial(WORDS, 0), 2)
+        shared = SharedStages()
+        run("first", "ekf", shared)
+        second, alone = run("second", "fixed_lag", shared), run("alone", "fixed_lag", None)
+    return [
+        ("run with its log", f"{logged:.1f} s", "trial in memory", f"{logged / trial:.2f}"),
+        ("second filter over one truth", f"{second:.1f} s", "the same run alone", f"{second / alone:.2f}"),
+    ]
+
+
 def start_up() -> list[Line]:
     """Help and the imports of a run, against Python with NumPy."""
 
@@ -211,13 +284,13 @@ def workers() -> Line:
 
 def main() -> None:
     """Print the table, or write it to the file that is given."""
-    lines = [plume(), filter_step(), log_message(), tick(), forward_growth(), *start_up(), parent_work(), workers()]
+    lines = [plume(), filter_step(), log_message(), tick(), forward_growth(), *parts(), *runs(), *start_up(), parent_work(), workers()]
     table = "| what | measured | reference | ratio |\n|---|---|---|---|\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
     if len(sys.argv) > 1:
         page = Path(sys.argv[1])
         head = "# What a step costs\n\n"
         head += "`make bench` makes this table, here on two cores; a ratio compares two things, one after the other.\n\n"
-        page.write_text(head + table, encoding="utf-8")
+        page.write_text(head + table + GPU, encoding="utf-8")
     sys.stdout.write(table)
 
 

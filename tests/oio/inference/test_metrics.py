@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from oio.inference.metrics import SourceScore, bearing, nees, rms, score_source
+from oio.inference.metrics import CHI2_95, SourceScore, bearing, nees, rms, score_source
 
 directions = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda d: np.hypot(d[0], d[1]) > 0.05)
 
@@ -28,6 +28,10 @@ def test_inside_95_is_the_chi_square_of_its_dimension():
         limit = chi2.ppf(0.95, dimension)
         assert SourceScore(None, 0.0, limit - 1e-6, dimension).inside_95
         assert not SourceScore(None, 0.0, limit + 1e-6, dimension).inside_95
+
+
+def test_the_95_percent_quantiles_are_those_of_chi_square():
+    assert [CHI2_95[k] for k in (1, 2, 3)] == pytest.approx([chi2.ppf(0.95, k) for k in (1, 2, 3)], rel=1e-14)
 
 
 @given(directions)
