@@ -102,10 +102,10 @@ def _close(made: Any) -> None:
     psutil = importlib.import_module("psutil")
     with suppress(TimeoutError):
         made.close(timeout=STOP_S / 2)
-    workers = [child for child in psutil.Process().children(recursive=True) if "spawn_main" in " ".join(child.cmdline())]
-    for worker in workers:
-        with suppress(psutil.NoSuchProcess):
-            worker.kill()
+    for child in psutil.Process().children(recursive=True):
+        with suppress(psutil.NoSuchProcess):  # it may have ended by now, or be a zombie
+            if "spawn_main" in " ".join(child.cmdline()):
+                child.kill()
     made.shutdown_on_close = False  # else it would be closed once more at exit, for ten seconds
 
 
