@@ -23,6 +23,7 @@ from oio.kinematics.arm import Arm
 from oio.kinematics.finite_differences import FiniteDifferences
 from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
 
+OWN = ("hardware", "oio")
 LOAD_EVERY = 5  # control ticks: 0.1 s
 
 
@@ -57,6 +58,11 @@ class MujocoSim:
         """Create the plant and its world in simulated time; the arm is held at the end of the context, also after an exception."""
         with self.plant() as plant, _stopped(SimulatedWorld(self, plant)) as world:
             yield world
+
+    @property
+    def can_resume(self) -> bool:
+        """Whether sensor and air are the project's own: what a plug-in keeps alive (such as a file) may not be copied whole."""
+        return all(type(part).__module__.partition(".")[0] in OWN for part in (self.sensor, self.air))
 
     @contextlib.contextmanager
     def resume(self, world: "SimulatedWorld") -> Iterator["SimulatedWorld"]:

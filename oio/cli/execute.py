@@ -18,7 +18,7 @@ from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
-from oio.runtime.checkpoint import Checkpoint, Keep, Resumable
+from oio.runtime.checkpoint import Checkpoint, Keep, resumable
 from oio.runtime.runner import check_order, run_stages
 
 
@@ -34,7 +34,7 @@ def execute(
     check_order(experiment.stages)
     refuse_used(out)
     began = time.monotonic()
-    keep = shared.keep if shared is not None and isinstance(experiment.backend, Resumable) else None
+    keep = shared.keep if shared is not None and resumable(experiment.backend) else None
     begun = None if shared is None else shared.begin(experiment)
     with opened(experiment, begun) as world, RunFolder(out) as folder:  # a refusal leaves no directory behind
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():

@@ -4,7 +4,7 @@ from contextlib import AbstractContextManager
 
 from oio.cli.experiment import Experiment
 from oio.core.interfaces import World
-from oio.runtime.checkpoint import Checkpoint, Resumable
+from oio.runtime.checkpoint import Checkpoint, resumable
 
 
 class SharedStages:
@@ -37,10 +37,11 @@ def opened(experiment: Experiment, begun: Checkpoint | None) -> AbstractContextM
     """Return the world of a run: a new one, or a copy of that of a checkpoint."""
     if begun is None:
         return experiment.backend.open()
-    assert isinstance(experiment.backend, Resumable)
-    return experiment.backend.resume(begun.world)
+    backend = experiment.backend
+    assert resumable(backend)
+    return backend.resume(begun.world)
 
 
 def _same_world(a: Experiment, b: Experiment) -> bool:
     parts = ((a.backend, b.backend), (a.arm, b.arm), (a.sensor, b.sensor))
-    return isinstance(b.backend, Resumable) and all(x is y for x, y in parts) and (a.seed, a.logged) == (b.seed, b.logged)
+    return resumable(b.backend) and all(x is y for x, y in parts) and (a.seed, a.logged) == (b.seed, b.logged)

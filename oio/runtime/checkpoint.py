@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard, runtime_checkable
 
 from oio.core.interfaces import World
 from oio.core.records import Array
@@ -17,9 +17,19 @@ from oio.runtime.guarded_world import GuardedWorld
 class Resumable(Protocol):
     """Optional protocol of a backend whose worlds can be copied: simulations."""
 
+    @property
+    def can_resume(self) -> bool:
+        """Whether all parts are known to be copied whole; those of plug-ins may hold what is not."""
+        ...
+
     def resume(self, world: World) -> AbstractContextManager[World]:
         """Make a copy of a world live, which goes on from there to the last bit as that world would."""
         ...
+
+
+def resumable(backend: object) -> TypeGuard[Resumable]:
+    """Whether worlds of a backend can be copied."""
+    return isinstance(backend, Resumable) and backend.can_resume
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,4 +61,6 @@ class Checkpoints:
         if self._keep is None:
             return
         files = {path.name: path.read_bytes() for path in sorted(self._out.iterdir()) if path.name not in self._before}
-        self._keep(Checkpoint(stages, copy.deepcopy(self._world), watched.goal, dict(results), self._log.remembered(), files))
+        self._keep(
+            Checkpoint(stages, copy.deepcopy(self._world), watched.goal, copy.deepcopy(dict(results)), self._log.remembered(), files)
+        )

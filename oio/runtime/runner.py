@@ -1,5 +1,6 @@
 """The loop over stages, usable without Hydra: the `Stage` protocol, `check_order`, `run_stages`."""
 
+import copy
 import math
 import typing
 import zlib
@@ -74,7 +75,7 @@ def run_stages(
     results: dict[type, object] = {}
     if begun is not None:
         _go_on(begun, watched, log, out)
-        results |= begun.results
+        results |= copy.deepcopy(begun.results)  # so that no stage can change those of another run
     for number, (name, stage) in enumerate(stages.items(), 1):
         if begun is not None and number <= begun.stages:
             continue

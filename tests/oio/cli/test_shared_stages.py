@@ -5,6 +5,7 @@ from collections import Counter
 
 import pytest
 
+from hardware.sensors.optical import Optical
 from oio.cli.build import build
 from oio.cli.compose import compose
 from oio.cli.execute import execute
@@ -80,6 +81,15 @@ def test_a_run_that_failed_shares_what_it_had_done(tmp_path, began, monkeypatch)
         run(tmp_path / "a", *TINY, "stage.baseline.samples=9000", "stage.baseline.max_s=1", shared=shared)
     run(tmp_path / "b", *TINY, shared=shared)
     assert began == {"WarmUp": 1, "Baseline": 2}
+
+
+def test_a_world_with_a_part_of_a_plug_in_begins_anew(tmp_path, began, monkeypatch):
+    """It may hold a function of itself, which a copy would share."""
+    monkeypatch.setattr(Optical, "__module__", "my_sensors")
+    shared = SharedStages()
+    for name in "ab":
+        run(tmp_path / name, *TINY, shared=shared)
+    assert began == {"WarmUp": 2, "Baseline": 2}
 
 
 def test_a_world_that_cannot_be_copied_begins_anew(tmp_path, began):
