@@ -37,7 +37,7 @@ docs: venv  ## the site, in site/; a warning is an error
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet --strict
 
 test: lint  ## lint, types, contracts and the tests
-	$(PY) -m pytest -n 2 --dist loadfile
+	$(PY) -m pytest -n 2 --dist worksteal
 
 test-all: lint  ## the same with the slow tests, an hour or two
 	$(PY) -m pytest -n 2 --dist worksteal -m 'not alone'
