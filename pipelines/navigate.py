@@ -56,7 +56,7 @@ class Navigate:
         in_range(self, dwell_s=(0, 600), dwell_taus=(0, 10), standoff_m=(0, 10), belief_every_s=(0, 1e6))
 
     def run(self, context: Context) -> Navigation:
-        """Searches with the calibrated filter in the chosen assembly; every belief goes to the log."""
+        """Searches with the calibrated filter in the chosen assembly; beliefs go to the log at every map, and at a rate between."""
         context.world.present("source")
         odometry = Odometry(self.ekf, context.need(Calibration).chosen, self.belief_map)
         recorder = self._recorder(context, odometry)

@@ -36,7 +36,7 @@ class SensorChanges(Protocol):
 
 
 class Plant:
-    """Live plant. Time is counted in ticks of `spec.period_s`, so it never drifts.."""
+    """Live plant. Time is counted in ticks of `spec.period_s`, so it never drifts."""
 
     _SETTLE_S = 1.0  # time to settle into the servos' sag and the backlash
 
