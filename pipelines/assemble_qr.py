@@ -13,6 +13,7 @@ from oio.inference.uncertainty import Noise, assemble_q_r
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, MapCalibration
 from oio.results.calibration_file import calibration_yaml
+from oio.results.verdict import Criteria, judge
 from oio.runtime.context import Context
 
 
@@ -26,6 +27,7 @@ class AssembleQR:
     range_law: RangeLaw
     process_noise: ProcessNoise
     nominal: Nominal
+    verdict: Criteria
 
     def run(self, context: Context) -> Calibration:
         """Both assemblies, and the cold start to compare with."""
@@ -44,7 +46,7 @@ class AssembleQR:
             moves=found.moves + sum(rung.moves for rung in bouts.rungs),
             baselines=base.elements,
         )
-        text = calibration_yaml(calibration, bouts, found, context.world.t_ns)
+        text = calibration_yaml(calibration, bouts, found, judge(context.results, self.verdict), context.world.t_ns)
         (context.out / "calibration.yaml").write_text(text, encoding="utf-8")
         context.log.attach("calibration.yaml", text.encode())
         figure = f"u_a {calibration.u_a_ppm:.2f} ppm, u_b {1e3 * calibration.u_b_m:.1f} mm"

@@ -12,13 +12,12 @@ from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.inference.base import Localizer
 from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
-from oio.inference.map_fit import CALIBRATED
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
-from oio.results.calibration import BaselineResult, Calibration, Navigation
+from oio.results.calibration import Calibration, Navigation
 from oio.results.rescoring import Rescoring, Variant
-from oio.results.summary import Evaluation, Outcome
-from oio.results.verdict import Findings, Limits, judge, score
+from oio.results.summary import Evaluation, Findings
+from oio.results.verdict import ScoreLimits, score
 from oio.runtime.context import Context
 from oio.search.stop_rule import StopRule
 
@@ -30,55 +29,43 @@ class Evaluate:
     """Every variant sees the samples in the order in which they were logged and makes its maps when the live search did, or the cold start
     the last of them alone."""
 
-    needs: ClassVar[tuple[type, ...]] = (BaselineResult, Calibration, Navigation)
+    needs: ClassVar[tuple[type, ...]] = (Calibration, Navigation)
     sensor: Sensor
     arm: Arm
     ekf: Estimator
     belief_map: Localizer
     stop: StopRule  # as navigate's
-    limits: Limits
+    limits: ScoreLimits
+    narrowed: float  # posterior over prior standard deviation: a direction above it is unobservable
     paper_assembly: bool  # a third of the stage's time
     bound_draws: int  # truths from the prior over which van Trees' bound is averaged
     cold_maps: str  # of the cold start: one of COLD_MAPS
 
     def check(self) -> None:
         """A mean needs a draw; no maps but these."""
-        in_range(self, bound_draws=(1, 100_000))
+        in_range(self, bound_draws=(1, 100_000), narrowed=(0.0, 1.0))
         if self.cold_maps not in COLD_MAPS:
             given = f"stage.evaluate.cold_maps is '{self.cold_maps}'"
             raise BadInput(f"{given}, but it can be {' or '.join(COLD_MAPS)}. Type stage.evaluate.cold_maps={COLD_MAPS[0]}.")
 
     def run(self, context: Context) -> Evaluation:
-        """Outcomes of all variants, dead reckoning, bound and verdict."""
+        """Outcomes of all variants, dead reckoning, bounds, and the score against the truth."""
         rerun = self._rerun(context)
         outcomes = {name: rerun.outcome(name) for name in rerun.variants}
         for name, outcome in outcomes.items():
             context.log.progress(context.world.t_ns, name, outcome.in_words())
         bound_m, posterior_bound_m = self._bounds(rerun, context.rng)
-        effective = min(b.n_effective for b in context.need(BaselineResult).elements)
-        verdict = judge(self._findings(rerun, outcomes["calibrated"], effective), self.limits)
         scored = score(outcomes["calibrated"], bound_m, self.arm.dof, self.limits)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
             outcomes["cold"], outcomes["cold_open"], outcomes["calibrated"], outcomes.get("calibrated_paper_assembly"),
-            rerun.dead_reckoning_m, bound_m, posterior_bound_m, verdict, scored, source, seconds(context.world.t_ns),
+            rerun.dead_reckoning_m, bound_m, posterior_bound_m, self._findings(rerun), scored, source, seconds(context.world.t_ns),
         )  # fmt: skip
 
-    def _findings(self, rerun: Rescoring, outcome: Outcome, baseline_effective: float) -> Findings:
-        """What a bench can see."""
-        maps = rerun.variants["calibrated"].odometry.hypotheses
-        residuals, world = (maps[0].residuals, maps[0].world) if maps else (None, CALIBRATED)
-        return Findings(
-            outcome.found,
-            outcome.moves,
-            outcome.nis_mean,
-            residuals,
-            world,
-            len(maps),
-            baseline_effective,
-            self.arm.dof,
-            self._unseen(rerun),
-        )
+    def _findings(self, rerun: Rescoring) -> Findings:
+        maps, size = rerun.variants["calibrated"].odometry.hypotheses, np.array(self.arm.box_high_m) - np.array(self.arm.box_low_m)
+        box_sd_m = float(np.linalg.norm(size) / np.sqrt(12.0))  # rectangular distribution (GUM 4.3.7)
+        return Findings(maps[0].residuals if maps else None, self._unseen(rerun), self.arm.dof, box_sd_m)
 
     def _rerun(self, context: Context) -> Rescoring:
         known, search = context.need(Calibration), context.need(Navigation)
@@ -107,4 +94,4 @@ class Evaluate:
         odometry = rerun.variants["calibrated"].odometry
         if not odometry.hypotheses:
             return ()
-        return unobservable(odometry.trace.as_arrays(), odometry.prior, odometry.hypotheses, self.limits.narrowed)
+        return unobservable(odometry.trace.as_arrays(), odometry.prior, odometry.hypotheses, self.narrowed)

@@ -76,7 +76,9 @@ class MapBeliefs:
         self._draw(context, repeats[-1])
         misses, nees = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
         type_b = type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats))
-        return MapCalibration(fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), len(ends) - 1, delay)
+        return MapCalibration(
+            fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), len(ends) - 1, delay, context.world.gaps()
+        )
 
     def _measure(self, context: Context, trace: Trace, ends_s: list[float]) -> int:
         """Measurements of one more repeat that were made: all, or those that end within the budget if there are repeats enough.

@@ -85,7 +85,7 @@ class Navigate:
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
         times, fits = tuple(t_ns for t_ns, _ in maps), tuple(fits for _, fits in maps)
-        return Navigation(began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread)
+        return Navigation(began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread, context.world.gaps())
 
     def _recorder(self, context: Context, odometry: Odometry) -> MoveRecorder:
         baselines = context.need(Calibration).baselines

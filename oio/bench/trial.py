@@ -19,6 +19,7 @@ from oio.core.folders import CONF
 from oio.log import MemoryLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary
+from oio.results.verdict import judge
 from oio.runtime.runner import run_stages
 
 
@@ -53,7 +54,7 @@ def run_trial(words: tuple[str, ...], seed: int) -> dict[str, Any]:
     calibration, found = results.get(Calibration), results.get(Evaluation)
     if not isinstance(calibration, Calibration) or not isinstance(found, Evaluation):
         raise BadInput(f"the stages were {list(built.stages)}, but a benchmark needs 'assemble_qr' and 'evaluate'. Leave stage= out.")
-    return summary(built.identity, calibration, found, 0.0)
+    return summary(built.identity, calibration, found, judge(results, built.verdict), 0.0)
 
 
 def try_trial(words: tuple[str, ...], seed: int) -> tuple[dict[str, Any] | None, str]:

@@ -36,7 +36,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         raise BadInput("stage=[] was given, but at least one stage is needed. Type e.g. stage=[warm_up,baseline].")
     experiment = Experiment(
         arm=_built(cfg.arm), sensor=_built(cfg.sensor), backend=_built(cfg.backend), stages=stages,
-        identity=identity,
+        verdict=_built(cfg.verdict), identity=identity,
         config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides, logged=cfg.logging == "full",
     )  # fmt: skip
     check_order(experiment.stages)

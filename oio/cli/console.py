@@ -10,6 +10,8 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from oio.cli.verdict_lines import show_verdict
+
 OUTCOMES = {
     "cold": "cold start",
     "cold_open": "cold start, open",
@@ -68,10 +70,7 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
         )
     if document["bound_m"] is not None:
         console.print(_bounds(document))
-    colour = {"PASS": "green", "WARN": "yellow", "FAIL": "red"}[document["verdict"]]
-    console.print(f"verdict [bold {colour}]{document['verdict']}[/], from what a bench can see")
-    for reason in document["reasons"]:
-        console.print(f"  - {reason}", markup=False)
+    show_verdict(console, document)
     scored = document.get("scored")
     if scored is not None and scored["word"] != "unknown":
         console.print(f"scored {scored['word']}, against the truth{_coverage(document)}")

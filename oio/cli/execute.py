@@ -18,6 +18,7 @@ from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
+from oio.results.verdict import judge
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
 from oio.runtime.runner import check_order, run_stages
 
@@ -74,4 +75,4 @@ def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: flo
     calibration, found = results.get(Calibration), results.get(Evaluation)
     assert calibration is None or isinstance(calibration, Calibration)
     assert found is None or isinstance(found, Evaluation)
-    return summary(experiment.identity, calibration, found, wall_s)
+    return summary(experiment.identity, calibration, found, judge(results, experiment.verdict), wall_s)

@@ -12,6 +12,7 @@ from oio import __version__
 from oio.core.folders import ROOT
 from oio.core.interfaces import Backend, Sensor
 from oio.kinematics.arm import Arm
+from oio.results.verdict import Criteria
 from oio.runtime.runner import Stage
 
 PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
@@ -25,6 +26,7 @@ class Experiment:
     sensor: Sensor
     backend: Backend
     stages: Mapping[str, Stage]
+    verdict: Criteria
     identity: dict[str, Any]
     config_yaml: str
     overrides: list[str]

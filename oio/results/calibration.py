@@ -9,18 +9,21 @@ from oio.gas.trace import Trace
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 from oio.inference.uncertainty import Noise, TypeA, TypeB
+from oio.runtime.gas_stream import StreamGaps
 from oio.search.view import Move
 
 
 @dataclass(frozen=True)
 class WarmUpResult:
-    """Result of warm-up: waiting time [s], last slope of each element [ppm/min] with its standard error, noise scale of the window."""
+    """Result of warm-up: waiting time [s], last slope of each element [ppm/min] with its standard error, noise scale of the window, and
+    the slope below which the sensor counts as at rest."""
 
     waited_s: float
     slope_ppm_per_min: tuple[float, ...]
     slope_u_ppm_per_min: tuple[float, ...]
     noise_scale: float  # variance about the fitted line over the sensor's nominal variance
     readings: int
+    rest_ppm_per_min: float
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,7 @@ class MapCalibration:
     error_ppm: float
     moves: int
     delay: Delay
+    gaps: StreamGaps  # in the gas samples since the run began
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,7 @@ class Navigation:
     declared: bool
     source_m: tuple[float, ...]
     sd_m: float
+    gaps: StreamGaps  # in the gas samples since the run began
 
     @property
     def moves(self) -> int:

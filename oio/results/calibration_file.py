@@ -1,16 +1,19 @@
 """Writer of calibration.yaml: value, standard uncertainty, unit, degrees of freedom, method (A statistical, B other) of each quantity."""
 
+from dataclasses import asdict
+
 import numpy as np
 import yaml
 
 from oio.core.records import Array
 from oio.inference.model_selection import law_form
 from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
+from oio.results.criteria.judgement import Verdict
 
 Entry = dict[str, object]
 
 
-def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, t_ns: int) -> str:
+def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, verdict: Verdict, t_ns: int) -> str:
     """Return the whole file as text; plain data only, so that loading it never constructs an object."""
     document = {
         "schema": "oio.results.calibration/1",
@@ -24,6 +27,7 @@ def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: Ma
             "u_a": {"value": calibration.u_a_ppm, "unit": "ppm"},
             "u_b": {"value": calibration.u_b_m, "unit": "m"},
         },
+        "verdict": {"overall": verdict.word, "reasons": list(verdict.reasons), "criteria": [asdict(j) for j in verdict.judgements]},
     }
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
 

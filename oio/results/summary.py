@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass
 
 from oio.inference.map_fit import CALIBRATED
+from oio.inference.metrics import ResidualTest
 from oio.results.calibration import Calibration
+from oio.results.criteria.judgement import Verdict
 
 SCHEMA = "oio.results.summary/2"
 READABLE = ("oio.results.summary/1", SCHEMA)  # schema 2 adds fields to schema 1; its verdict no longer knows the truth
@@ -54,11 +56,14 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
-    """Overall verdict (PASS, WARN, FAIL) and the reasons for it."""
+class Findings:
+    """What a bench can see of a search besides the scores of its filter: the residuals of the last map (None without one), what the motion
+    cannot see, as sentences, the number of joints, and the standard deviation of a place somewhere in the workspace box [m]."""
 
-    word: str
-    reasons: tuple[str, ...]
+    residuals: ResidualTest | None
+    unseen: tuple[str, ...]
+    dof: int
+    box_sd_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +85,7 @@ class Evaluation:
     dead_reckoning_m: float | None
     bound_m: float | None  # Cramer-Rao bound at the truth
     posterior_bound_m: float | None  # posterior Cramer-Rao (van Trees) bound, mean over truths drawn from the prior
-    verdict: Verdict
+    findings: Findings
     scored: Scored
     source_m: tuple[float, ...] | None
     simulated_s: float
@@ -100,7 +105,9 @@ class Evaluation:
         return None if error is None or not bound_m else error / bound_m
 
 
-def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
+def summary(
+    identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, verdict: Verdict, wall_s: float
+) -> dict[str, object]:
     """Return the document. `identity`: sensor, profile, dof, backend, air, world, ekf, assembly, seed. Stages that did
     not run give null."""
     return {
@@ -117,8 +124,9 @@ def summary(identity: dict[str, object], calibration: Calibration | None, found:
         "bound_ratio": found.bound_ratio if found else None,
         "posterior_bound_m": found.posterior_bound_m if found else None,
         "posterior_bound_ratio": found.posterior_bound_ratio if found else None,
-        "verdict": found.verdict.word if found else "WARN",
-        "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was judged."],
+        "verdict": verdict.word,
+        "reasons": list(verdict.reasons),
+        "criteria": [dataclasses.asdict(judgement) for judgement in verdict.judgements],
         "scored": {"word": found.scored.word, "reasons": list(found.scored.reasons)} if found else None,
         "simulated_s": found.simulated_s if found else None,
         "wall_s": round(wall_s, 3),

@@ -10,6 +10,7 @@ from typing import Protocol, TypeGuard, runtime_checkable
 from oio.core.interfaces import World
 from oio.core.records import Array
 from oio.log import Journal, RunLog
+from oio.runtime.gas_stream import GasStream
 from oio.runtime.guarded_world import GuardedWorld
 
 
@@ -34,11 +35,13 @@ def resumable(backend: object) -> TypeGuard[Resumable]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checkpoint:
-    """What a run was after its first `stages` stages: a copy of the world, the goal of the arm, the results, the log, and files."""
+    """What a run was after its first `stages` stages: a copy of the world, the goal of the arm, the gas that has
+    arrived, the results, the log, and files."""
 
     stages: int
     world: World
     goal: Array
+    gas: GasStream
     results: Mapping[type, object]
     journal: Journal
     files: Mapping[str, bytes]
@@ -62,5 +65,13 @@ class Checkpoints:
             return
         files = {path.name: path.read_bytes() for path in sorted(self._out.iterdir()) if path.name not in self._before}
         self._keep(
-            Checkpoint(stages, copy.deepcopy(self._world), watched.goal, copy.deepcopy(dict(results)), self._log.remembered(), files)
+            Checkpoint(
+                stages,
+                copy.deepcopy(self._world),
+                watched.goal,
+                copy.deepcopy(watched.gas),
+                copy.deepcopy(dict(results)),
+                self._log.remembered(),
+                files,
+            )
         )

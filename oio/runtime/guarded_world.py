@@ -1,5 +1,6 @@
 """The world as stages see it: every sample is logged before a stage sees it, every command is checked before the arm does."""
 
+import copy
 import math
 from collections.abc import Iterator
 
@@ -11,6 +12,7 @@ from oio.core.records import Array, Event, GasSample, JointState, Sample
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
 from oio.motion.path_planning import duration_s, plan
+from oio.runtime.gas_stream import GasStream, StreamGaps
 
 
 class GuardedWorld:
@@ -22,7 +24,7 @@ class GuardedWorld:
 
     def __init__(self, world: World, arm: Arm, log: RunLog, highest_raw: float = math.inf) -> None:
         self._world, self._arm, self._log, self._highest_raw = world, arm, log, highest_raw
-        self._goal = arm.home
+        self._goal, self._gas = arm.home, GasStream()
         self._planned: tuple[Array, float] | None = None  # the goal last planned from here, and its duration [s]
 
     @property
@@ -37,7 +39,11 @@ class GuardedWorld:
         for sample in self._world.samples(for_s):
             self._log.write(sample)
             interrupt.check()
-            if isinstance(sample, JointState) or (isinstance(sample, GasSample) and sample.raw < self._highest_raw):
+            if isinstance(sample, GasSample):
+                self._gas.arrived(sample.t_ns)
+                if sample.raw >= self._highest_raw:
+                    continue
+            if isinstance(sample, JointState | GasSample):
                 yield sample
 
     def move(self, q_rad: Array) -> float:
@@ -65,9 +71,18 @@ class GuardedWorld:
         for _ in self.samples(0.0):  # a real world has gone on meanwhile
             pass
 
-    def resume(self, goal: Array) -> None:
-        """Go on with an arm that was commanded to `goal` (n,) rad before."""
-        self._goal, self._planned = goal, None
+    def resume(self, goal: Array, gas: GasStream) -> None:
+        """Go on with an arm that was commanded to `goal` (n,) rad before, and after these gas samples."""
+        self._goal, self._planned, self._gas = goal, None, copy.deepcopy(gas)
+
+    @property
+    def gas(self) -> GasStream:
+        """The stream of gas samples so far, those at the upper rail among them."""
+        return self._gas
+
+    def gaps(self) -> StreamGaps:
+        """Gaps in the stream of gas samples so far."""
+        return self._gas.gaps()
 
     @property
     def goal(self) -> Array:

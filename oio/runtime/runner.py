@@ -91,7 +91,7 @@ def run_stages(
 
 def _go_on(begun: Checkpoint, watched: GuardedWorld, log: RunLog, out: Path) -> None:
     """Bring log and files to where a checkpoint was taken."""
-    watched.resume(begun.goal)
+    watched.resume(begun.goal, begun.gas)
     log.repeat(begun.journal)
     for name, data in begun.files.items():
         (out / name).write_bytes(data)
