@@ -63,9 +63,8 @@ class Evaluate:
         )  # fmt: skip
 
     def _findings(self, rerun: Rescoring) -> Findings:
-        maps, size = rerun.variants["calibrated"].odometry.hypotheses, np.array(self.arm.box_high_m) - np.array(self.arm.box_low_m)
-        box_sd_m = float(np.linalg.norm(size) / np.sqrt(12.0))  # rectangular distribution (GUM 4.3.7)
-        return Findings(maps[0].residuals if maps else None, self._unseen(rerun), self.arm.dof, box_sd_m)
+        maps = rerun.variants["calibrated"].odometry.hypotheses
+        return Findings(maps[0].residuals if maps else None, self._unseen(rerun), self.arm.dof, self.arm.box_sd_m)
 
     def _rerun(self, context: Context) -> Rescoring:
         known, search = context.need(Calibration), context.need(Navigation)

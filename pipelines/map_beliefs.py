@@ -77,7 +77,15 @@ class MapBeliefs:
         misses, nees = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
         type_b = type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats))
         return MapCalibration(
-            fit, repeats, type_b, context.world.t_ns, self._error_ppm(context), len(ends) - 1, delay, context.world.gaps()
+            fit,
+            repeats,
+            type_b,
+            context.world.t_ns,
+            self._error_ppm(context),
+            len(ends) - 1,
+            delay,
+            context.world.gaps(),
+            self.arm.box_sd_m,
         )
 
     def _measure(self, context: Context, trace: Trace, ends_s: list[float]) -> int:

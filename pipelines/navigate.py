@@ -75,7 +75,7 @@ class Navigate:
                 thorough_at = len(moves) if thorough else thorough_at
                 maps.append(self._map(context, odometry, len(moves), thorough))
                 mapped = len(moves)
-                declared = self.stop.may_declare(odometry, tuple(moves))
+                declared = narrow and self.stop.may_declare(odometry, tuple(moves))
             self._tell(context, odometry, len(moves))
         if mapped < len(moves) and len(odometry.trace) > 1:  # the last word is that of a map of everything
             maps.append(self._map(context, odometry, len(moves), thorough=True))

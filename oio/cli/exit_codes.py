@@ -1,4 +1,5 @@
-"""Exit codes: 0 done, 1 a known failure, 2 bad input (`oio.core.errors` says which is which), 130 stopped; a bug shows its traceback."""
+"""Exit codes: 0 done, 1 a known failure, 2 bad input (`oio.core.errors` says which is which), 3 a verdict FAIL, 130 stopped; a bug
+shows its traceback."""
 
 import os
 import sys
@@ -7,6 +8,7 @@ from collections.abc import Callable
 from oio.cli.hydra_errors import known_error
 from oio.core.folders import CONF
 
+VERDICT_FAILED = 3  # the run is done, and says that its calibration or its answer is not to be trusted
 STOPPED = 130  # 128 + SIGINT, as shells say
 
 

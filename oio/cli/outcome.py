@@ -1,6 +1,7 @@
-"""What went wrong below Hydra, which would print an exception twice: noted here, raised when Hydra is done."""
+"""What became of a run below Hydra, which returns nothing and would print an exception twice: noted here, taken up when Hydra is done."""
 
 FAILED: list[Exception] = []
+VERDICTS: list[str] = []
 
 
 def raise_first() -> None:
@@ -9,3 +10,10 @@ def raise_first() -> None:
     FAILED.clear()
     if noted:
         raise noted[0]
+
+
+def verdict_failed() -> bool:
+    """Whether the verdict of a run was FAIL; forgets them all."""
+    failed = "FAIL" in VERDICTS
+    VERDICTS.clear()
+    return failed

@@ -1,4 +1,7 @@
-"""The command `python -m oio.run`: compose, build, check, run. Known errors end in one paragraph: exit code 2 for bad input, else 1."""
+"""The command `python -m oio.run`: compose, build, check, run. Known errors end in one paragraph: exit code 2 for bad input, else 1.
+
+A verdict FAIL is exit code 3.
+"""
 
 import importlib
 import os
@@ -15,9 +18,9 @@ from omegaconf import DictConfig
 from oio.cli.build import build
 from oio.cli.console import show_summary
 from oio.cli.execute import execute
-from oio.cli.exit_codes import run_command
+from oio.cli.exit_codes import VERDICT_FAILED, run_command
 from oio.cli.hydra_errors import known_error
-from oio.cli.outcome import FAILED, raise_first
+from oio.cli.outcome import FAILED, VERDICTS, raise_first, verdict_failed
 from oio.cli.plugins import plugin_packages, search_path, without_search_path
 from oio.cli.replay_overrides import replayed
 from oio.cli.run_folder import state_of, write_status
@@ -42,6 +45,7 @@ def job(cfg: DictConfig) -> dict[str, Any]:
         return {}
     if not sweeping:
         show_summary(document, f"log, calibration and numbers are in {out}")
+        VERDICTS.append(document["verdict"])
     return document
 
 
@@ -89,4 +93,6 @@ def _run(arguments: list[str]) -> None:
 def main() -> int:
     """Run the command; returns the exit code."""
     interrupt.listen()
-    return run_command(lambda: _run(sys.argv[1:]), "stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part).")
+    stopped = "stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part)."
+    code = run_command(lambda: _run(sys.argv[1:]), stopped)
+    return VERDICT_FAILED if verdict_failed() and not code else code

@@ -104,6 +104,11 @@ class Arm(Workspace):
         return np.array(self.home_rad[: self.dof])
 
     @property
+    def box_sd_m(self) -> float:
+        """Standard deviation [m] of a place that is anywhere in the workspace box: rectangular on each axis (GUM 4.3.7)."""
+        return float(np.linalg.norm(np.subtract(self.box_high_m, self.box_low_m)) / np.sqrt(12.0))
+
+    @property
     def shoulder(self) -> Array:
         """Where the first joint sits (3,) m: bearings are seen from here."""
         return self.model.poses[0, :3, 3]

@@ -74,6 +74,7 @@ class MapCalibration:
     moves: int
     delay: Delay
     gaps: StreamGaps  # in the gas samples since the run began
+    box_sd_m: float  # standard deviation of a place anywhere in the workspace box
 
 
 @dataclass(frozen=True)

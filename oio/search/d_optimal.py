@@ -15,6 +15,8 @@ from oio.gas.range_law import LAW, SOURCE, concentration
 from oio.search.exploration import explore
 from oio.search.view import View
 
+NO_GAS = 1e-6  # concentrations below so many standard deviations of a reading are none: their logarithms say nothing
+
 
 @settings
 class DOptimal:
@@ -98,9 +100,10 @@ def expected_information(view: View, candidates: Array) -> Array:
     prior = cov[at["s"], at["s"]]
     reduction = np.einsum("ij,jk,ik->i", ph[:, at["s"]], np.linalg.inv(prior), ph[:, at["s"]]) / innovation_variance
     gain = -np.log(np.maximum(1.0 - reduction, 1e-9))  # det(P - v v'/S) = det P (1 - v' P^-1 v / S)
+    least = NO_GAS * model.sigma_ppm
     for other in view.hypotheses[1:]:
         c_other, _, _, _ = concentration(p, other.mean[:LAW], model.law.r_ref_m, model.law.radius_m)
-        gain = gain + np.log1p(np.log(c_other / c) ** 2 / variance)
+        gain = gain + np.log1p(np.log(np.maximum(c_other, least) / np.maximum(c, least)) ** 2 / variance)
     return np.asarray(gain)
 
 
@@ -110,4 +113,4 @@ def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
     fl, exponent = view.model.fluctuation, float(view.belief.mean[view.model.at["n"]][0])
     field = view.model.law.field(c, rarity, r, np.zeros_like(r), exponent)
     eddies = np.maximum(view.dwell_s * fl.rate(field), 1.0)
-    return (fl.gamma * fl.height(field)) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, 1e-6 * view.model.sigma_ppm)) ** 2
+    return (fl.gamma * fl.height(field)) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, NO_GAS * view.model.sigma_ppm)) ** 2

@@ -4,6 +4,13 @@ from oio.core.settings import settings
 from oio.results.calibration import MapCalibration
 from oio.results.criteria.judgement import Criterion, Measured, Results
 
+OTHER_AIR = "The range law does not describe this air: keep people and fans away, check beacon.position, calibrate again."
+
+
+def _calibration(results: Results) -> MapCalibration | None:
+    found = results.get(MapCalibration)
+    return found if isinstance(found, MapCalibration) else None
+
 
 @settings
 class Repeats(Criterion):
@@ -11,27 +18,37 @@ class Repeats(Criterion):
 
     def measure(self, results: Results) -> Measured | None:
         """Of the stage map_beliefs."""
-        found = results.get(MapCalibration)
-        if not isinstance(found, MapCalibration):
+        found = _calibration(results)
+        if found is None:
             return None
-        n, rms_mm = len(found.repeats), 1e3 * found.type_b.rms_m
+        n = len(found.repeats)
+        return Measured(float(n), "1", f"the beacon was located {n} times", below="Raise stage.map_beliefs.repeats.")
+
+
+@settings
+class BeaconError(Criterion):
+    """RMS error of the located beacon from five measurements each, over the standard deviation of a place anywhere in the workspace box."""
+
+    def measure(self, results: Results) -> Measured | None:
+        """Of the stage map_beliefs."""
+        found = _calibration(results)
+        if found is None:
+            return None
+        share, rms_mm = found.type_b.rms_m / found.box_sd_m, 1e3 * found.type_b.rms_m
         return Measured(
-            float(n), "repeats", f"the beacon was located {n} times, {rms_mm:.0f} mm off (RMS)", below="Raise stage.map_beliefs.repeats."
+            share, "of the box", f"the beacon was found {rms_mm:.0f} mm off (RMS), {share:.2f} of the workspace box", above=OTHER_AIR
         )
 
 
 @settings
-class CalibrationConsistency(Criterion):
+class BeaconConsistency(Criterion):
     """Mean NEES per dimension of the located beacon, 1 on average: whether its errors are as large as their covariance says."""
 
     def measure(self, results: Results) -> Measured | None:
         """Over the repeats; the search inflates its covariance by it where it is above 1."""
-        found = results.get(MapCalibration)
-        if not isinstance(found, MapCalibration):
+        found = _calibration(results)
+        if found is None:
             return None
         ratio = sum(repeat.nees for repeat in found.repeats) / (3.0 * len(found.repeats))
-        return Measured(
-            ratio, "1", f"errors on the beacon have {ratio:.2f} times their expected square",
-            above="The range law does not describe this air: keep people and fans away, check beacon.position, calibrate again.",
-            below="Errors far smaller than expected: the same readings may have been used twice, or beacon_u_m is too large.",
-        )  # fmt: skip
+        below = "Errors far smaller than expected: the same readings may have been used twice, or beacon_u_m is too large."
+        return Measured(ratio, "1", f"errors on the beacon have {ratio:.2f} times their expected square", below, OTHER_AIR)

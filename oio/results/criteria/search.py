@@ -49,9 +49,9 @@ class Halves(Criterion):
     """Squared Mahalanobis distance of the sources by two halves of the readings, by time and by place: chi-square, 3 degrees of freedom."""
 
     def measure(self, results: Results) -> Measured | None:
-        """None without a map."""
+        """None without a map of everything: only such a one is tested."""
         found = _evaluation(results)
-        if found is None or found.findings.residuals is None:
+        if found is None or found.findings.residuals is None or found.findings.residuals.halves == 0.0:
             return None
         d2 = found.findings.residuals.halves
         return Measured(
@@ -111,7 +111,7 @@ class Places(Criterion):
             return None
         places = 1 + len(found.calibrated.other_places)
         return Measured(
-            float(places), "places", "one place explains the readings" if places == 1 else f"{places} places explain the readings alike",
+            float(places), "1", "one place explains the readings" if places == 1 else f"{places} places explain the readings alike",
             above="Sniff where they differ: raise stage.navigate.max_moves, or use more joints.",
         )  # fmt: skip
 
@@ -148,6 +148,10 @@ class Observable(Criterion):
         unseen = [*_missing_joints(found.findings.dof), *found.findings.unseen]
         said = "every direction of the source is observable" if not unseen else " ".join(unseen)
         return Measured(float(len(unseen)), "1", said.rstrip("."), above="Move so that it can be seen, or tell what is known.")
+
+    def allowed(self, unit: str) -> str:
+        """In words: any of them costs the PASS."""
+        return "all observable"
 
 
 def _missing_joints(dof: int) -> list[str]:

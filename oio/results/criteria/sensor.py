@@ -34,7 +34,7 @@ class BaselineReadings(Criterion):
             return None
         element = min(base.elements, key=lambda e: e.n_effective)
         found = f"{element.n} clean-air readings count as {element.n_effective:.1f}, offset +- {element.u_ppm:.2g} ppm"
-        return Measured(element.n_effective, "readings", found, below="Record longer in clean air: raise stage.baseline.samples.")
+        return Measured(element.n_effective, "1", found, below="Record longer in clean air: raise stage.baseline.samples.")
 
 
 @settings

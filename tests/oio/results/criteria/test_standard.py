@@ -1,0 +1,140 @@
+"""Every criterion that ships passes, warns and fails on data made for it, and says what to do."""
+
+from dataclasses import fields, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import yaml
+from hydra.utils import instantiate
+
+from oio.core.folders import CONF
+from oio.gas.bouts import ElementBaseline
+from oio.inference.map_fit import CALIBRATED
+from oio.inference.metrics import ResidualTest
+from oio.inference.uncertainty import TypeB
+from oio.results.calibration import BaselineResult, MapCalibration, WarmUpResult
+from oio.results.summary import Evaluation, Findings, Outcome, Place, Scored
+from oio.results.verdict import judge
+from oio.runtime.gas_stream import StreamGaps
+
+STANDARD = instantiate(yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text()))
+OUTCOME = Outcome(0.01, None, 0.005, 3.0, True, 1.0, 8, 60.0, True, 0.05, (0.3, 0.0, 0.2), 0.01)
+FINDINGS = Findings(ResidualTest(0.9, 0.1, 2.0), (), 5, 0.3)
+
+
+def warm_up(slope=0.1, u=0.2):
+    return WarmUpResult(10.0, (0.0, slope), (0.1, u), 1.0, 20, 0.05)
+
+
+def baseline(effective=3.0, noise=1.0):
+    return BaselineResult((ElementBaseline(5.0, 0.1, 5.2, 5, 5.0), ElementBaseline(5.0, 0.1, 5.2, 5, effective)), noise, 0)
+
+
+def beacon(lag_u=0.03, repeats=6, nees=3.0, rms_m=0.02, missing=0):
+    fit = SimpleNamespace(layout=SimpleNamespace(tau=0), cov=np.array([[lag_u**2]]))
+    type_b = TypeB((5,) * repeats, (rms_m,) * repeats, 0.02, rms_m, 1.0)
+    return MapCalibration(fit, (SimpleNamespace(nees=nees),) * repeats, type_b, 0, 1.0, 40, None, StreamGaps(1000, missing, 2.0), 0.3)
+
+
+def evaluation(findings=FINDINGS, **outcome):
+    return Evaluation(OUTCOME, OUTCOME, replace(OUTCOME, **outcome), None, None, None, None, findings, Scored("unknown", ()), None, 1.0)
+
+
+def residuals(*values):
+    return evaluation(replace(FINDINGS, residuals=ResidualTest(*values)))
+
+
+def places(others):
+    return evaluation(other_places=(Place((0.3, 0.1, 0.2), 0.01, CALIBRATED, None),) * others)
+
+
+def unseen(dof, *sentences):
+    return evaluation(replace(FINDINGS, dof=dof, unseen=sentences))
+
+
+GOOD = (warm_up(), baseline(), beacon(), evaluation())
+CASES = {  # name: results that pass, warn and fail, each with a word of what is said
+    "warm_up": [(warm_up(), "+0.10"), (warm_up(-0.5, 0.2), "-0.50 +- 0.20"), (warm_up(1.0, 0.2), "+1.00")],
+    "baseline": [(baseline(2.0), "count as 2.0"), (baseline(1.2), "count as 1.2"), (baseline(1.05), "count as 1.1")],
+    "noise": [(baseline(noise=1.0), "1.00"), (baseline(noise=5.0), "5.00"), (baseline(noise=20.0), "20.00")],
+    "clocks": [(beacon(missing=4), "4 of 1000"), (beacon(missing=15), "15 of"), (beacon(missing=30), "silence is 2.0 s")],
+    "lag": [(beacon(0.05), "10 %"), (beacon(0.12), "24 %"), (beacon(0.15), "30 %")],
+    "repeats": [(beacon(repeats=5), "5 times"), (beacon(repeats=2), "2 times"), (beacon(repeats=1), "1 times")],
+    "beacon_error": [(beacon(rms_m=0.02), "20 mm"), (beacon(rms_m=0.06), "60 mm"), (beacon(rms_m=1.5), "1500 mm")],
+    "beacon_nees": [(beacon(nees=3.0), "1.00"), (beacon(nees=12.0), "4.00"), (beacon(nees=30.0), "10.00")],
+    "observable": [(unseen(5), "every"), (unseen(1), "only the bearing"), (unseen(5, "a.", "b.", "c.", "d."), "a. b. c. d")],
+    "nis": [(evaluation(nis_mean=1.0), "1.00"), (evaluation(nis_mean=1.9), "1.90"), (evaluation(nis_mean=3.0), "3.00")],
+    "residuals": [(residuals(0.9, 0.1), "0.90"), (residuals(1.8, 0.0), "1.80"), (residuals(0.9, 0.6), "together 3.60")],
+    "halves": [(residuals(1.0, 0.0, 2.0), "2.0"), (residuals(1.0, 0.0, 14.0), "14.0"), (residuals(1.0, 0.0, 20.0), "20.0")],
+    "places": [(places(0), "one place"), (places(1), "2 places"), (places(3), "4 places")],
+    "localised": [(evaluation(sd_m=0.01), "10 mm"), (evaluation(sd_m=0.03), "30 mm"), (evaluation(sd_m=2.0), "not localisable")],
+}  # fmt: skip
+TWO_WORDS = {  # what has no FAIL: a yes or no that is a matter of caution
+    "world": [(evaluation(), "calibrated world"), (evaluation(world="a wall"), "a wall explains")],
+    "declared": [(evaluation(), "after 8 moves"), (evaluation(found=False), "not declared within 8 moves")],
+}
+TOO_LITTLE = {  # the other side of what is judged from both
+    "noise": [baseline(noise=0.2), baseline(noise=0.1)],
+    "beacon_nees": [beacon(nees=0.09), beacon(nees=0.03)],
+    "nis": [evaluation(nis_mean=0.4), evaluation(nis_mean=0.1)],
+    "residuals": [residuals(0.3, 0.0), residuals(0.1, 0.0)],
+}
+
+
+def judgement(name, result):
+    (found,) = [j for j in judge({type(result): result}, STANDARD).judgements if j.name == name]
+    return found
+
+
+def test_every_criterion_that_ships_has_its_cases():
+    assert set(CASES) | set(TWO_WORDS) == set(STANDARD.criteria)
+
+
+@pytest.mark.parametrize("name", [*CASES, *TWO_WORDS])
+def test_each_passes_warns_and_fails_with_a_reason_and_an_action(name):
+    for word, (result, says) in zip(("PASS", "WARN", "FAIL"), {**CASES, **TWO_WORDS}[name], strict=False):
+        found = judgement(name, result)
+        assert found.word == word and says in found.found
+        assert bool(found.action) == (word != "PASS")
+
+
+@pytest.mark.parametrize("name", TOO_LITTLE)
+def test_too_little_fails_too_with_another_action(name):
+    too_much = judgement(name, CASES[name][2][0])
+    for word, result in zip(("WARN", "FAIL"), TOO_LITTLE[name], strict=True):
+        found = judgement(name, result)
+        assert found.word == word and found.action and found.action != too_much.action
+
+
+def test_a_good_run_passes_and_the_worst_word_counts():
+    results = {type(result): result for result in GOOD}
+    good = judge(results, STANDARD)
+    assert good.word == "PASS" and good.reasons == () and len(good.judgements) == len(STANDARD.criteria)
+    worse = judge(results | {WarmUpResult: warm_up(-0.5, 0.2)}, STANDARD)
+    assert worse.word == "WARN" and worse.reasons[0].startswith("warm_up: drift -0.50")
+    worst = judge(results | {WarmUpResult: warm_up(-0.5, 0.2), Evaluation: evaluation(nis_mean=9.0)}, STANDARD)
+    assert worst.word == "FAIL" and [reason.split(":")[0] for reason in worst.reasons] == ["nis", "warm_up"]
+
+
+def test_what_did_not_run_is_not_judged():
+    assert judge({}, STANDARD).word == "WARN" and judge({}, STANDARD).judgements == ()
+    only = judge({BaselineResult: baseline()}, STANDARD)
+    assert only.word == "PASS" and {j.name for j in only.judgements} == {"baseline", "noise"}
+
+
+def test_without_readings_or_maps_nothing_is_consistent_or_inconsistent():
+    nothing = evaluation(replace(FINDINGS, residuals=None), nis_mean=None, believed_m=None, sd_m=None)
+    names = {j.name: j.word for j in judge({Evaluation: nothing}, STANDARD).judgements}
+    assert names == {"observable": "PASS", "localised": "FAIL", "declared": "PASS"}
+
+
+def test_a_bearing_is_no_place():
+    names = {j.name for j in judge({Evaluation: unseen(2)}, STANDARD).judgements}
+    assert names.isdisjoint({"localised", "declared"}) and "observable" in names
+
+
+def test_no_truth_enters_the_verdict():
+    truths = {"source_error_m": 9.0, "nees_source": 1e6, "inside_95": False, "nose_error_m": 9.0, "bearing_error_deg": 99.0}
+    assert judge({Evaluation: evaluation(**truths)}, STANDARD) == judge({Evaluation: evaluation()}, STANDARD)
+    assert {field.name for field in fields(Findings)}.isdisjoint({"source_error_m", "nees_source", "inside_95", "bound_m", "outcome"})

@@ -1,0 +1,35 @@
+"""Gaps in the stream of gas samples."""
+
+import copy
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oio.runtime.gas_stream import GasStream, StreamGaps
+
+
+def stream(times_ns):
+    gas = GasStream()
+    for t_ns in times_ns:
+        gas.arrived(t_ns)
+    return gas
+
+
+def test_without_two_samples_nothing_is_due():
+    assert stream([]).gaps() == stream([5]).gaps() == StreamGaps(0, 0, 0.0)
+
+
+@given(st.integers(4, 200), st.integers(1, 10**10), st.sets(st.integers(1, 198)))
+def test_missing_samples_are_counted(n, period_ns, lost):
+    kept = [i for i in range(n) if i not in lost or i == n - 1]
+    gaps = stream([i * period_ns for i in kept]).gaps()
+    if 2 * len(kept) > n + 2:  # most intervals are whole
+        assert (gaps.due, gaps.missing) == (n, n - len(kept))
+        assert gaps.longest_s == max(b - a for a, b in zip(kept, kept[1:], strict=False)) * period_ns / 1e9
+
+
+def test_jitter_is_no_gap_and_a_copy_goes_on_alone():
+    gas = stream([0, 100, 205, 290, 410])
+    other = copy.deepcopy(gas)
+    other.arrived(1000)
+    assert gas.gaps().missing == 0 and other.gaps().missing == 5
