@@ -7,10 +7,12 @@ from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.experiment import Experiment
 from oio.core.errors import BadInput
-from oio.runtime.runner import check_order
+from oio.results.calibration import Calibration, MapCalibration
+from oio.runtime.runner import Stage, check_order, result_type
 
 ASSEMBLIES = ("gum", "paper")
 LOGGING = ("full", "summary")
+LOADS = "load_calibration"
 BUILT_AT_MOST = 128
 _BUILT: dict[str, Any] = {}
 
@@ -31,7 +33,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     world = cfg.world.name if "world" in cfg.backend else None  # a simulated one
     _check_world(choices["backend"], overrides, world is not None)
     identity = {"sensor": cfg.sensor.name, "profile": cfg.profile.name, **plain, **names, "world": world}
-    stages = {name: _built(node) for name, node in (cfg.stage or {}).items()}
+    stages = _stages(cfg)
     if not stages:
         raise BadInput("stage=[] was given, but at least one stage is needed. Type e.g. stage=[warm_up,baseline].")
     experiment = Experiment(
@@ -41,6 +43,20 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment
+
+
+def _stages(cfg: DictConfig) -> dict[str, Stage]:
+    """The stages in order; with calibration=FILE the one that loads it comes before the first that needs a calibration."""
+    stages = {name: _built(node) for name, node in (cfg.stage or {}).items()}
+    if cfg.calibration is None or LOADS in stages:
+        return stages
+    makes = [name for name, stage in stages.items() if result_type(stage) in (MapCalibration, Calibration)]
+    if makes:
+        given = f"calibration={cfg.calibration} was given, but the stages {', '.join(makes)} make one"
+        raise BadInput(f"{given}. Type stage=[navigate,evaluate], or stage=[warm_up,baseline,navigate,evaluate] for a baseline of today.")
+    names = list(stages)
+    at = next((i for i, name in enumerate(names) if Calibration in stages[name].needs), len(names))
+    return {name: stages[name] for name in names[:at]} | {LOADS: _built(cfg[LOADS])} | {name: stages[name] for name in names[at:]}
 
 
 def _built(node: DictConfig) -> Any:

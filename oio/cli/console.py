@@ -64,8 +64,9 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
         Console(width=max(console.width, 112)).print(_outcome_table(document, title))
     calibration = document["calibration"]
     if calibration is not None:
+        kept = f" of {calibration['kept']['file']}:" if "kept" in calibration else ""
         console.print(
-            f"calibration {calibration['time_s']:.0f} s, {calibration['moves']} moves; u_a {calibration['u_a_ppm']:.3g} ppm, "
+            f"calibration{kept} {calibration['time_s']:.0f} s, {calibration['moves']} moves; u_a {calibration['u_a_ppm']:.3g} ppm, "
             f"u_b {1e3 * calibration['u_b_m']:.1f} mm, error {calibration['error_ppm']:.3g} ppm"
         )
     if document["bound_m"] is not None:

@@ -16,7 +16,9 @@ from oio.core.errors import OioError
 from oio.core.interfaces import World
 from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
-from oio.results.calibration import Calibration
+from oio.results.calibration import BaselineResult, Calibration
+from oio.results.calibration_file import baseline_yaml
+from oio.results.criteria.judgement import Verdict
 from oio.results.summary import Evaluation, summary, to_json
 from oio.results.verdict import judge
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
@@ -41,7 +43,10 @@ def execute(
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
             (out / name).write_text(text, encoding="utf-8")
         try:
-            document = _summary(experiment, _stages(experiment, world, out, quiet, begun, keep), time.monotonic() - began)
+            results = _stages(experiment, world, out, quiet, begun, keep)
+            verdict = judge(results, experiment.verdict)
+            document = _summary(experiment, results, verdict, time.monotonic() - began)
+            _keep_baseline(experiment, results, verdict, out / "calibration.yaml")
             write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupt.asked():
@@ -71,8 +76,16 @@ def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:
     )
 
 
-def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float) -> dict[str, Any]:
+def _summary(experiment: Experiment, results: Mapping[type, object], verdict: Verdict, wall_s: float) -> dict[str, Any]:
     calibration, found = results.get(Calibration), results.get(Evaluation)
     assert calibration is None or isinstance(calibration, Calibration)
     assert found is None or isinstance(found, Evaluation)
-    return summary(experiment.identity, calibration, found, judge(results, experiment.verdict), wall_s)
+    return summary(experiment.identity, calibration, found, verdict, wall_s)
+
+
+def _keep_baseline(experiment: Experiment, results: Mapping[type, object], verdict: Verdict, path: Path) -> None:
+    """A run that ended with the baseline leaves what it has found of the sensor."""
+    base = results.get(BaselineResult)
+    if isinstance(base, BaselineResult) and Calibration not in results:
+        held = {key: str(experiment.identity[key]) for key in ("sensor", "profile", "air")}
+        write_whole(path, baseline_yaml(base, verdict, held))

@@ -16,17 +16,19 @@ HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on 
   python -m oio.run -m sensor=ec,ndir seed=0,1,2 hydra/launcher=joblib    a sweep, in parallel
   python -m oio.sweep resume FOLDER                     a sweep that was stopped goes on; also status, table, compare, worst
   python -m oio.run backend=replay backend.log=RUN/run.mcap               the same estimator on a log
+  python -m oio.run calibration=RUN/calibration.yaml stage=\\[navigate,evaluate]    begin with a calibration that was kept
   python -m oio.figures RUN                             a picture of a run
   python -m oio.run sensor=ec dof=5 --cfg job           every number that a run would use
   python -m oio.run --config-dir FOLDER ekf=NAME        with choices of your own, in FOLDER/ekf/NAME.yaml
 """
 GROUPS = ("sensor", "profile", "air", "world", "backend", "recording", "arm", "ekf", "belief_map", "search", "stage", "experiment")
 NOTES = {"stage": "[...]  in this order; leave some out", "experiment": "  typed with a plus: +experiment=..."}
-PLAIN = ("dof", "assembly", "seed", "source.position", "beacon.position")
+PLAIN = ("dof", "assembly", "seed", "calibration", "source.position", "beacon.position")
 PLAIN_TEXT = {
     "dof": "1, 2, 3 or 5: rung of the DoF ladder, how many joints move",
     "assembly": "gum or paper: how Q and R are made of the uncertainties",
     "seed": "of everything random: truth, turbulence and noise are independent streams of it",
+    "calibration": "RUN/calibration.yaml of an earlier run to begin with, and stage=\\[navigate,evaluate]",
     "source.position": "\\[x,y,z] m in the arm's base frame: the unknown source; null draws it from the seed",
     "beacon.position": "\\[x,y,z] m in the arm's base frame: the known source of the calibration",
 }

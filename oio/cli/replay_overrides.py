@@ -7,7 +7,9 @@ from pathlib import Path
 from oio.cli.renamed_keys import modernised
 from oio.log import read_metadata
 
-PLAIN = re.compile(r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")  # an override from a log is data: a plain word, number or list, nothing else
+PLAIN = re.compile(
+    r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*|calibration=[\w\-./]+"
+)  # an override from a log is data: a plain word, number or list, or the path of a calibration
 
 
 def replayed(arguments: list[str]) -> list[str]:

@@ -78,6 +78,15 @@ class MapCalibration:
 
 
 @dataclass(frozen=True)
+class Kept:
+    """A calibration of an earlier run: its file, the verdict on it, and remarks on where it may not fit this run."""
+
+    file: str
+    verdict: str
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Calibration:
     """Priors of the filter: calibrated with the chosen assembly of Q and R, with the paper's, and not calibrated: nominal values taken as
     known (cold), or as open as before the fit on the beacon (cold_open)."""
@@ -93,6 +102,7 @@ class Calibration:
     u_b_m: float
     moves: int
     baselines: tuple[ElementBaseline, ...]
+    kept: Kept | None = None  # where it comes from, if not from this run
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,25 @@ import yaml
 
 from oio.core.records import Array
 from oio.inference.model_selection import law_form
-from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
+from oio.inference.uncertainty import Noise
+from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, MapCalibration
+from oio.results.calibration_fit import SCHEMA, fit_entries
 from oio.results.criteria.judgement import Verdict
 
 Entry = dict[str, object]
+BASELINE_SCHEMA = "oio.results.baseline/1"
 
 
-def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, verdict: Verdict, t_ns: int) -> str:
-    """Return the whole file as text; plain data only, so that loading it never constructs an object."""
+def calibration_yaml(
+    calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, noises: dict[str, Noise], holds_for: dict[str, str],
+    verdict: Verdict, t_ns: int,
+) -> str:  # fmt: skip
+    """Return the whole file as text; plain data only, so that loading it never constructs an object.
+
+    `noises`: of both assemblies. `holds_for`: names of sensor, arm, profile and air.
+    """
     document = {
-        "schema": "oio.results.calibration/1",
+        "schema": SCHEMA,
         "sensor": _sensor(calibration, found),
         "range_law": _range_law(found),
         "arm": _arm(calibration, found),
@@ -27,9 +36,27 @@ def calibration_yaml(calibration: Calibration, bouts: BoutCalibration, found: Ma
             "u_a": {"value": calibration.u_a_ppm, "unit": "ppm"},
             "u_b": {"value": calibration.u_b_m, "unit": "m"},
         },
-        "verdict": {"overall": verdict.word, "reasons": list(verdict.reasons), "criteria": [asdict(j) for j in verdict.judgements]},
+        **fit_entries(calibration, found, noises, holds_for),
+        "verdict": _verdict(verdict),
     }
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
+
+
+def baseline_yaml(base: BaselineResult, verdict: Verdict, holds_for: dict[str, str]) -> str:
+    """Return the file of a run that ended with the baseline: offsets and noise of the sensor, and no more. No run can begin with it."""
+    elements = {
+        f"element_{e}": {"baseline": entry(b.ppm, b.u_ppm, "ppm", b.n_effective - 1, "A"), "readings": b.n, "sigma_ppm": b.sigma_ppm}
+        for e, b in enumerate(base.elements)
+    }
+    document = {
+        "schema": BASELINE_SCHEMA, "sensor": {**elements, "noise_over_data_sheet": base.noise_scale}, "holds_for": holds_for,
+        "verdict": _verdict(verdict),
+    }  # fmt: skip
+    return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
+
+
+def _verdict(verdict: Verdict) -> Entry:
+    return {"overall": verdict.word, "reasons": list(verdict.reasons), "criteria": [asdict(j) for j in verdict.judgements]}
 
 
 def entry(value: float, u: float, unit: str, dof: float | None, method: str) -> Entry:

@@ -139,7 +139,8 @@ def to_json(document: dict[str, object]) -> str:
 
 
 def _calibration(c: Calibration) -> dict[str, object]:
-    return {"time_s": c.time_s, "error_ppm": c.error_ppm, "u_a_ppm": c.u_a_ppm, "u_b_m": c.u_b_m, "moves": c.moves}
+    made: dict[str, object] = {"time_s": c.time_s, "error_ppm": c.error_ppm, "u_a_ppm": c.u_a_ppm, "u_b_m": c.u_b_m, "moves": c.moves}
+    return made if c.kept is None else {**made, "kept": dataclasses.asdict(c.kept)}
 
 
 def _outcome(outcome: Outcome | None) -> dict[str, object] | None:

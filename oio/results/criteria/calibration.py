@@ -1,15 +1,33 @@
 """Criteria of the calibration on the beacon: was the known source found again, often enough, and as well as it was promised."""
 
 from oio.core.settings import settings
-from oio.results.calibration import MapCalibration
+from oio.results.calibration import Calibration, MapCalibration
 from oio.results.criteria.judgement import Criterion, Measured, Results
 
+TODAY = "Calibrate again, or take a baseline today: stage=[warm_up,baseline,navigate,evaluate]."
 OTHER_AIR = "The range law does not describe this air: keep people and fans away, check beacon.position, calibrate again."
 
 
 def _calibration(results: Results) -> MapCalibration | None:
     found = results.get(MapCalibration)
     return found if isinstance(found, MapCalibration) else None
+
+
+@settings
+class KeptCalibration(Criterion):
+    """Remarks on a calibration that was loaded from a file (calibration=FILE): where it may not fit this run."""
+
+    def measure(self, results: Results) -> Measured | None:
+        """None if it was made in this run."""
+        used = results.get(Calibration)
+        if not isinstance(used, Calibration) or used.kept is None:
+            return None
+        said = " ".join(used.kept.remarks) or "nothing speaks against it"
+        return Measured(float(len(used.kept.remarks)), "1", f"calibration of {used.kept.file}: {said.rstrip('.')}", above=TODAY)
+
+    def allowed(self, unit: str) -> str:
+        """In words: any remark costs the PASS."""
+        return "no remark"
 
 
 @settings

@@ -19,8 +19,8 @@ class Given(Criterion):
 
 @pytest.mark.parametrize(
     ("value", "word", "action"),
-    [(1, "PASS", ""), (2, "PASS", ""), (0.9, "WARN", "too low"), (0.5, "WARN", "too low"), (0.4, "FAIL", "too low"), (3, "WARN", "too high"),
-     (3.1, "FAIL", "too high")],
+    [(1, "PASS", ""), (2, "PASS", ""), (0.9, "WARN", "too low"), (0.5, "WARN", "too low"), (0.4, "FAIL", "too low"),
+     (3, "WARN", "too high"), (3.1, "FAIL", "too high")],
 )  # fmt: skip
 def test_limits_belong_to_the_better_word(value, word, action):
     found = Given(passes=(1, 2), warns=(0.5, 3), value=value).judge("x", {})

@@ -13,7 +13,7 @@ from oio.gas.bouts import ElementBaseline
 from oio.inference.map_fit import CALIBRATED
 from oio.inference.metrics import ResidualTest
 from oio.inference.uncertainty import TypeB
-from oio.results.calibration import BaselineResult, MapCalibration, WarmUpResult
+from oio.results.calibration import BaselineResult, Calibration, Kept, MapCalibration, WarmUpResult
 from oio.results.summary import Evaluation, Findings, Outcome, Place, Scored
 from oio.results.verdict import judge
 from oio.runtime.gas_stream import StreamGaps
@@ -53,7 +53,11 @@ def unseen(dof, *sentences):
     return evaluation(replace(FINDINGS, dof=dof, unseen=sentences))
 
 
-GOOD = (warm_up(), baseline(), beacon(), evaluation())
+def loaded(*remarks):
+    return Calibration(*[None] * 5, 85.0, 0.5, 0.2, 0.02, 50, (), Kept("monday/calibration.yaml", "PASS", remarks))
+
+
+GOOD = (warm_up(), baseline(), beacon(), loaded(), evaluation())
 CASES = {  # name: results that pass, warn and fail, each with a word of what is said
     "warm_up": [(warm_up(), "+0.10"), (warm_up(-0.5, 0.2), "-0.50 +- 0.20"), (warm_up(1.0, 0.2), "+1.00")],
     "baseline": [(baseline(2.0), "count as 2.0"), (baseline(1.2), "count as 1.2"), (baseline(1.05), "count as 1.1")],
@@ -71,6 +75,7 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
     "localised": [(evaluation(sd_m=0.01), "10 mm"), (evaluation(sd_m=0.03), "30 mm"), (evaluation(sd_m=2.0), "not localisable")],
 }  # fmt: skip
 TWO_WORDS = {  # what has no FAIL: a yes or no that is a matter of caution
+    "kept": [(loaded(), "nothing speaks against it"), (loaded("its own verdict was WARN."), "its own verdict was WARN")],
     "world": [(evaluation(), "calibrated world"), (evaluation(world="a wall"), "a wall explains")],
     "declared": [(evaluation(), "after 8 moves"), (evaluation(found=False), "not declared within 8 moves")],
 }

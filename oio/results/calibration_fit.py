@@ -1,0 +1,56 @@
+"""The part of calibration.yaml from which a filter starts again: the fit on the beacon, both assemblies of Q and R, the baselines."""
+
+from oio.inference.uncertainty import Noise
+from oio.results.calibration import Calibration, MapCalibration
+
+SCHEMA = "oio.results.calibration/1"
+FITTED = ("nose_jitter_m", "model_discrepancy")  # of the range law: what calibration chose
+FIXED = ("r_ref_m", "radius_m")  # without which the other parameters mean nothing
+
+
+def parameter_names(joints: tuple[str, ...], elements: int) -> tuple[str, ...]:
+    """Names of the parameters theta of a fit (P,), in order."""
+    law = ("source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning")
+    arm = tuple(f"{what}_{joint}" for what in ("offset", "drift") for joint in joints)
+    each = range(elements)
+    return (*law, *arm, *(f"ln_gain_{e}" for e in each), "ln_lag_factor", *(f"baseline_{e}" for e in each))
+
+
+def parameter_units(dof: int, elements: int) -> tuple[str, ...]:
+    """Unit of each parameter (P,)."""
+    law = ("m", "m", "m", "ln(ppm)", "1", "1/m", "1/m", "1/m", "1/m")
+    return (*law, *["rad"] * dof, *["rad/s^2"] * dof, *["1"] * elements, "1", *["ppm"] * elements)
+
+
+def fit_entries(calibration: Calibration, found: MapCalibration, noises: dict[str, Noise], holds_for: dict[str, str]) -> dict[str, object]:
+    """Sections of calibration.yaml that `oio.results.kept_calibration` reads back to the last bit."""
+    fit, joints = found.fit, calibration.chosen.model.arm.names
+    return {
+        "holds_for": {**holds_for, "joints": list(joints)},
+        "fit": {
+            "parameters": list(parameter_names(joints, fit.layout.elements)),
+            "units": list(parameter_units(fit.layout.dof, fit.layout.elements)),
+            "readings": fit.readings,
+            "mean": [float(v) for v in fit.mean],
+            "cov": [[float(v) for v in row] for row in fit.cov],
+            "fluctuation": {
+                "scale": float(fit.fluctuation.scale),
+                "gamma": float(fit.fluctuation.gamma),
+                "t_s": float(fit.fluctuation.t_s),
+            },
+            "law": {name: float(getattr(fit.law, name)) for name in (*FIXED, *FITTED)},
+            "delay": {"s": float(found.delay.s), "u_s": float(found.delay.u_s)},
+        },
+        "assemblies": {name: _noise(noise) for name, noise in noises.items()},
+        "baselines": [
+            {"ppm": b.ppm, "sigma_ppm": b.sigma_ppm, "highest_ppm": b.highest_ppm, "n": b.n, "n_effective": b.n_effective}
+            for b in calibration.baselines
+        ],
+        "totals": {"time_s": calibration.time_s, "error_ppm": calibration.error_ppm, "moves": calibration.moves},
+    }
+
+
+def _noise(noise: Noise) -> dict[str, object]:
+    r = None if noise.r_ppm2 is None else float(noise.r_ppm2)
+    p0 = {"source_q_m2": float(noise.source_q_m2), "r_ppm2": r, "source_p0_m2": float(noise.source_p0_m2)}
+    return {**p0, "measurements": int(noise.measurements), "inflation": float(noise.inflation)}

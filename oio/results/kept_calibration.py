@@ -1,0 +1,118 @@
+"""A calibration that was kept: calibration.yaml read back, every value checked, nothing in it ever built or run."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from oio.core.errors import BadInput
+from oio.gas.bouts import ElementBaseline
+from oio.gas.fluctuation import Fluctuation
+from oio.gas.range_law import RangeLaw
+from oio.gas.timing import Delay
+from oio.inference.forward_model import ParameterLayout
+from oio.inference.map_fit import Fit
+from oio.inference.uncertainty import Noise
+from oio.kinematics.arm import Arm
+from oio.results.calibration_fit import FIXED, SCHEMA, parameter_names, parameter_units
+from oio.results.yaml_fields import Fields
+
+
+@dataclass(frozen=True)
+class KeptCalibration:
+    """A calibration read from a file: for what it holds, the fit, the noise of both assemblies, and the figures of the summary."""
+
+    file: str
+    text: str  # of the file
+    holds_for: dict[str, str]
+    joints: tuple[str, ...]
+    created: str | None  # UTC, ISO 8601; None of a simulation, which has no date
+    verdict: str
+    fit: Fit
+    noises: dict[str, Noise]
+    delay: Delay
+    baselines: tuple[ElementBaseline, ...]
+    time_s: float
+    error_ppm: float
+    u_a_ppm: float
+    u_b_m: float
+    moves: int
+
+
+def read_calibration(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
+    """Read and check a calibration.yaml. Raises BadInput where it cannot be read, is not whole, or was made with other joints or another
+    reference distance."""
+    text = _text(path)
+    read = Fields(_loaded(path, text), path)
+    if read.text("schema") != SCHEMA:
+        made = f"{path} has schema '{read.text('schema')}', but a run can begin with {SCHEMA} alone"
+        raise BadInput(f"{made}. Give the calibration.yaml of a run with the stage assemble_qr.")
+    held = read.section("holds_for")
+    names = {name: held.text(name) for name in ("sensor", "arm", "profile", "air")}
+    joints = held.texts("joints")
+    if (names["arm"], joints) != (arm.name, arm.names):
+        made = f"{path} was made with arm={names['arm']}, joints {', '.join(joints)}"
+        raise BadInput(
+            f"{made}, but this run has arm={arm.name}, joints {', '.join(arm.names)}. Type dof={len(joints)}, or calibrate again."
+        )
+    baselines = tuple(_baseline(b) for b in read.sections("baselines"))
+    totals, verdict = read.section("totals"), read.section("verdict")
+    paper, late = read.section("paper_values"), read.section("fit").section("delay")
+    return KeptCalibration(
+        path, text, names, joints, read.maybe_text("created"), verdict.text("overall"),
+        _fit(read.section("fit"), joints, len(baselines), law),
+        {name: _read_noise(name, read.section("assemblies").section(name)) for name in ("gum", "paper")},
+        Delay(late.number("s", 0.0), late.number("u_s", 0.0)),
+        baselines, totals.number("time_s", 0.0), totals.number("error_ppm", 0.0),
+        paper.section("u_a").number("value", 0.0), paper.section("u_b").number("value", 0.0), totals.whole("moves"),
+    )  # fmt: skip
+
+
+def _text(path: str) -> str:
+    if not Path(path).is_file():
+        raise BadInput(
+            f"calibration={path} was given, but there is no such file. Type calibration=RUN/calibration.yaml of a run that is done."
+        )
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path} cannot be read: {error}. Give the calibration.yaml of a run.") from None
+
+
+def _loaded(path: str, text: str) -> object:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise BadInput(f"{path} cannot be read as YAML: {str(error).splitlines()[0]}. Give the calibration.yaml of a run.") from None
+
+
+def _baseline(read: Fields) -> ElementBaseline:
+    return ElementBaseline(
+        read.number("ppm"), read.number("sigma_ppm", 0.0), read.number("highest_ppm"), read.whole("n", 1), read.number("n_effective", 1e-9)
+    )
+
+
+def _fit(read: Fields, joints: tuple[str, ...], elements: int, law: RangeLaw) -> Fit:
+    layout = ParameterLayout(len(joints), elements)
+    expected = {"parameters": parameter_names(joints, elements), "units": parameter_units(len(joints), elements)}
+    for key, names in expected.items():
+        if read.texts(key) != names:
+            raise BadInput(f"fit.{key} of the calibration is {', '.join(read.texts(key))}, but it must be {', '.join(names)}.")
+    fitted, noise = read.section("law"), read.section("fluctuation")
+    for key in FIXED:
+        if fitted.number(key) != getattr(law, key):
+            made = f"the calibration was made with range_law.{key}={fitted.number(key):g}"
+            raise BadInput(f"{made}, but this run has {getattr(law, key):g}. Type range_law.{key}={fitted.number(key):g}.")
+    return Fit(
+        layout, read.numbers("mean", layout.size), read.covariance("cov", layout.size), np.inf, 0.0,
+        Fluctuation(noise.number("scale", 1e-12), noise.number("gamma", 0.0), noise.number("t_s", 1e-9)), read.whole("readings"),
+        replace(law, nose_jitter_m=fitted.number("nose_jitter_m", 0.0), model_discrepancy=fitted.number("model_discrepancy", 0.0)),
+    )  # fmt: skip
+
+
+def _read_noise(assembly: str, read: Fields) -> Noise:
+    return Noise(
+        assembly, read.number("source_q_m2", 0.0), read.maybe_number("r_ppm2", 0.0), read.number("source_p0_m2", 0.0),
+        read.whole("measurements", 1), read.number("inflation", 1e-9),
+    )  # fmt: skip

@@ -1,0 +1,93 @@
+"""Begin with a calibration that was kept, instead of making one: what lasts is taken from its file, what does not is open again."""
+
+from dataclasses import replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from oio.core.errors import BadInput
+from oio.core.settings import settings
+from oio.gas.bouts import ElementBaseline
+from oio.gas.range_law import RangeLaw
+from oio.inference.map_fit import Fit
+from oio.inference.prior import Nominal, Prior, calibrated_prior, cold_prior, nominal_prior
+from oio.inference.process_noise import ProcessNoise
+from oio.kinematics.arm import Arm
+from oio.results.calibration import BaselineResult, Calibration, Kept
+from oio.results.kept_calibration import KeptCalibration, read_calibration
+from oio.runtime.context import Context
+
+JOINTS = ("nominal", "kept")
+
+
+@settings
+class LoadCalibration:
+    """Sensor and air are as the file has them. Offsets are those of this run's baseline, or open to the data sheet's accuracy; encoders
+    are as uncertain as before calibration, unless the arm was not switched off since (`joints: kept`)."""
+
+    needs: ClassVar[tuple[type, ...]] = ()
+    path: str
+    assembly: str
+    joints: str
+    arm: Arm
+    range_law: RangeLaw
+    process_noise: ProcessNoise
+    nominal: Nominal
+    holds_for: dict[str, str]
+
+    def check(self) -> None:
+        """Raise BadInput for a file that cannot be read or does not fit, before anything moves."""
+        if self.joints not in JOINTS:
+            given = f"load_calibration.joints is '{self.joints}'"
+            raise BadInput(f"{given}, but it can be {' or '.join(JOINTS)}. Type load_calibration.joints={JOINTS[0]}.")
+        kept, elements = self.kept, self.nominal.elements
+        if kept.holds_for["sensor"] != self.holds_for["sensor"] or len(kept.baselines) != elements:
+            made = f"{self.path} holds for sensor={kept.holds_for['sensor']} with {len(kept.baselines)} elements"
+            this = f"this run has sensor={self.holds_for['sensor']} with {elements}"
+            raise BadInput(f"{made}, but {this}. Type sensor={kept.holds_for['sensor']}, or calibrate again.")
+
+    @cached_property
+    def kept(self) -> KeptCalibration:
+        """The file, read once."""
+        return read_calibration(self.path, self.arm, self.range_law)
+
+    def run(self, context: Context) -> Calibration:
+        """Raises nothing: the file was checked when the stage was built."""
+        kept, fresh = self.kept, context.results.get(BaselineResult)
+        baselines = fresh.elements if isinstance(fresh, BaselineResult) else None
+        fit = self._today(kept.fit, baselines)
+        nominal = replace(self.nominal, delay_s=kept.delay.s)
+        priors = {name: calibrated_prior(fit, self.arm, self.process_noise, nominal, noise) for name, noise in kept.noises.items()}
+        remarks = self._remarks(baselines is not None)
+        (context.out / "calibration.yaml").write_text(kept.text, encoding="utf-8")
+        context.log.attach("calibration.yaml", kept.text.encode())
+        context.log.progress(context.world.t_ns, f"calibration={self.path}", " ".join(remarks) or "fits this run")
+        return Calibration(
+            priors[self.assembly], priors["paper"], self._cold(), self._cold(pinned=False), kept.noises[self.assembly], kept.time_s,
+            kept.error_ppm, kept.u_a_ppm, kept.u_b_m, kept.moves, baselines or kept.baselines, Kept(self.path, kept.verdict, remarks),
+        )  # fmt: skip
+
+    def _cold(self, pinned: bool = True) -> Prior:
+        return cold_prior(self.arm, self.range_law, self.process_noise, self.nominal, pinned)
+
+    def _today(self, fit: Fit, baselines: tuple[ElementBaseline, ...] | None) -> Fit:
+        """The fit with what does not last open again: offsets of the elements, and the encoders."""
+        lay, mean, cov = fit.layout, np.array(fit.mean), np.array(fit.cov)
+        offsets = mean[lay.baseline] if baselines is None else np.array([b.ppm for b in baselines])
+        offsets_u = np.full(lay.elements, self.nominal.accuracy_ppm) if baselines is None else np.array([b.u_ppm for b in baselines])
+        opened_mean, opened_cov = nominal_prior(self.arm, self.range_law, self.nominal, offsets, offsets_u)
+        for block in (lay.baseline, *((lay.offset, lay.drift) if self.joints == "nominal" else ())):
+            cov[block, :], cov[:, block] = 0.0, 0.0
+            mean[block], cov[block, block] = opened_mean[block], opened_cov[block, block]
+        return replace(fit, mean=mean, cov=cov)
+
+    def _remarks(self, baseline_taken: bool) -> tuple[str, ...]:
+        """Where the file may not fit."""
+        held = self.kept.holds_for
+        other = [
+            f"{key} was {held[key]} and is {self.holds_for[key]} now." for key in ("profile", "air") if held[key] != self.holds_for[key]
+        ]
+        bad = [] if self.kept.verdict == "PASS" else [f"its own verdict was {self.kept.verdict}."]
+        old = [] if baseline_taken else ["no baseline was taken today: put warm_up and baseline before navigate."]
+        return (*bad, *other, *old)
