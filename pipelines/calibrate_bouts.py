@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from oio.core.interfaces import Sensor
-from oio.core.records import Array, GasReading
+from oio.core.records import Array, Event, GasReading
 from oio.core.settings import in_range, settings
 from oio.gas.bouts import Bout, BoutDetector, BoutRule, effective_samples
 from oio.gas.source import Source
@@ -75,6 +75,8 @@ class CalibrateBouts:
             bout = detector.feed(sensed) if isinstance(sensed, GasReading) else None
             if bout is not None:
                 bouts.append(bout)
+                if bout.fired:
+                    context.log.write(Event(bout.t_ns, "bout", f"{bout.smoothed_ppm!r} ppm"))
         return bouts
 
     def _type_a(self, dof: int, k: int, steps: list[Bout]) -> TypeA:

@@ -27,11 +27,21 @@ class Encoders:
         """Position of the first joint (3,) m."""
         return self.chain.poses[0, :3, 3]
 
+    def links(self, q: Array) -> Array:
+        """Return the base, every joint and the nose (j + 2, 3) m of joints q (n,)."""
+        c = self.chain
+        chains = [SerialChain(c.poses[:j], c.axes[:j], c.kinds[:j], self.locked[:j], np.zeros(3)) for j in range(1, len(c.names) + 1)]
+        joints = [nose_and_jacobian(q[None, : len(chain.axes)], chain, False)[0][0] for chain in chains]
+        whole = SerialChain(c.poses, c.axes, c.kinds, self.locked, c.nose_offset)
+        return np.array([np.zeros(3), *joints, nose_and_jacobian(q[None, :], whole, False)[0][0]])
+
     def noses(self, joints: Iterable[JointState]) -> Iterator[tuple[int, Array]]:
         """Yield (t_ns, nose (3,) m) of every joint state."""
-        c = self.chain
-        for state in joints:
-            yield state.t_ns, nose_and_jacobian(state.q[None, :], SerialChain(c.poses, c.axes, c.kinds, self.locked, c.nose_offset))[0][0]
+        c, states = self.chain, list(joints)
+        if states:
+            q = np.array([state.q for state in states])
+            noses, _ = nose_and_jacobian(q, SerialChain(c.poses, c.axes, c.kinds, self.locked, c.nose_offset), False)
+            yield from zip((state.t_ns for state in states), noses, strict=True)
 
 
 def encoders(path: Path, identity: dict[str, str]) -> Encoders | None:

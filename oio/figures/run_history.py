@@ -1,15 +1,15 @@
 """Run history for the figures: true and believed trajectories of nose and source, dead reckoning, and gas readings."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from oio.core.records import Array, Event, GasReading, JointState, Truth, seconds
+from oio.core.records import Array, Event, GasReading, JointState, Truth, WorldSample, seconds
 from oio.figures.dead_reckoning import Encoders, encoders
-from oio.log import read_end, read_hypotheses, read_metadata, read_odometry, read_readings, read_samples, read_stages, read_states
+from oio.log import LoggedRun, read_end, read_run
 
 SEARCH = "navigate"
 SOURCE = ("source_x", "source_y", "source_z")
@@ -59,6 +59,7 @@ class RunHistory:
     dead: TrackOverTime  # dead reckoning: forward kinematics of the encoders
     source: TrackOverTime  # as believed
     shoulder_m: Array  # (3,) origin of bearings
+    links_m: Array  # (j + 1, 3) m: joints and nose as the arm stood at the end; (0, 3) without its model
     places: dict[str, Array]  # true positions of the `beacon` and the `source`, (3,) m
 
     @property
@@ -69,33 +70,46 @@ class RunHistory:
 
 def read_run_history(path: Path) -> RunHistory:
     """Read the run history of a finished log; raises BadInput for anything else."""
-    identity = read_metadata(path)
+    return run_history(read_run(path), path)
+
+
+def run_history(run: LoggedRun, path: Path) -> RunHistory:
+    """Return the history of a log that was read from `path`."""
     whole = Span("", 0.0, seconds(read_end(path)))
-    spans = tuple(_spans(path, whole.end_s))
+    spans = tuple(_spans(run.stages, whole.end_s))
     search = next((span for span in reversed(spans) if span.stage == SEARCH), whole)
-    arm, readings = encoders(path, identity), tuple(read_readings(path))
-    truth, joints, places = _world(path)
+    arm = encoders(path, run.metadata)
+    truth, joints, places = _world(run.samples)
     dead = track_over_time([(t, p, None) for t, p in arm.noses(joints)] if arm else [])
-    odometry, source = track_over_time(read_odometry(path)), track_over_time(_sources(path, search.begin_s))
+    odometry, source = track_over_time(run.odometry), track_over_time(_sources(run, search.begin_s))
     truth, odometry, dead, source = (c.during(search) for c in (truth, odometry, dead, source))
-    return RunHistory(identity, spans, search, readings, truth, odometry, dead, source, _shoulder(arm), places)
+    return RunHistory(
+        run.metadata, spans, search, tuple(run.readings), truth, odometry, dead, source, _shoulder(arm), _links(arm, joints), places
+    )
 
 
 def track_over_time(rows: Any) -> TrackOverTime:
     """Return the trajectory of (t_ns, p (3,) m, covariance (3, 3) m^2 or None); entries that are not finite are left out."""
-    complete = ((seconds(t_ns), p, np.zeros((3, 3)) if cov is None else cov) for t_ns, p, cov in rows)
-    finite = [row for row in complete if np.all(np.isfinite(row[1])) and np.all(np.isfinite(row[2]))]
-    t, p, cov = zip(*finite, strict=True) if finite else ((), (), ())
-    return TrackOverTime(np.array(t), np.array(p).reshape(-1, 3), np.array(cov).reshape(-1, 3, 3))
+    rows = list(rows)
+    if not rows:
+        return TrackOverTime(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)))
+    t_s, p = np.array([seconds(t_ns) for t_ns, _, _ in rows]), np.array([at for _, at, _ in rows], dtype=float)
+    cov = np.array([np.zeros((3, 3)) if of is None else of for _, _, of in rows], dtype=float)
+    finite = np.all(np.isfinite(p), axis=1) & np.all(np.isfinite(cov), axis=(1, 2))
+    return TrackOverTime(t_s[finite], p[finite], cov[finite])
 
 
 def _shoulder(arm: Encoders | None) -> Array:
     return np.zeros(3) if arm is None else arm.shoulder_m
 
 
-def _spans(path: Path, end_s: float) -> Iterator[Span]:
+def _links(arm: Encoders | None, joints: list[JointState]) -> Array:
+    return arm.links(joints[-1].q) if arm and joints else np.zeros((0, 3))
+
+
+def _spans(stages: Iterable[tuple[int, str, str]], end_s: float) -> Iterator[Span]:
     started_s: dict[str, float] = {}
-    for t_ns, stage, state in read_stages(path):
+    for t_ns, stage, state in stages:
         if state == "begin":
             started_s[stage] = seconds(t_ns)
         elif stage in started_s:
@@ -103,10 +117,10 @@ def _spans(path: Path, end_s: float) -> Iterator[Span]:
     yield from (Span(stage, begin_s, end_s) for stage, begin_s in started_s.items())  # a recovered log may end inside a stage
 
 
-def _world(path: Path) -> tuple[TrackOverTime, list[JointState], dict[str, Array]]:
+def _world(samples: Iterable[WorldSample]) -> tuple[TrackOverTime, list[JointState], dict[str, Array]]:
     """True nose trajectory, joint states, and the true position of each source that was opened."""
     truths, joints, places, opened = [], [], dict[str, Array](), ""
-    for sample in read_samples(path):
+    for sample in samples:
         match sample:
             case Truth():
                 truths.append((sample.t_ns, sample.nose_m, None))
@@ -119,17 +133,17 @@ def _world(path: Path) -> tuple[TrackOverTime, list[JointState], dict[str, Array
     return track_over_time(truths), joints, places
 
 
-def _sources(path: Path, since_s: float) -> list[tuple[int, Array, Array]]:
+def _sources(run: LoggedRun, since_s: float) -> list[tuple[int, Array, Array]]:
     """Believed source after every reading and, at the ends of moves, after a new map: the final estimate of a search.
 
     Maps made up to since_s are of the beacon.
     """
-    mapped = [(t_ns, *found[0]) for t_ns, found in read_hypotheses(path) if found and seconds(t_ns) > since_s]
-    return sorted([*_filtered(path), *mapped], key=lambda row: row[0])  # stable: at equal times the map comes later
+    mapped = [(t_ns, *found[0]) for t_ns, found in run.hypotheses if found and seconds(t_ns) > since_s]
+    return sorted([*_filtered(run), *mapped], key=lambda row: row[0])  # stable: at equal times the map comes later
 
 
-def _filtered(path: Path) -> Iterator[tuple[int, Array, Array]]:
-    for names, belief in read_states(path):
+def _filtered(run: LoggedRun) -> Iterator[tuple[int, Array, Array]]:
+    for names, belief in run.states:
         if all(name in names for name in SOURCE):
             at = [names.index(name) for name in SOURCE]
             yield belief.t_ns, belief.mean[at], belief.cov[np.ix_(at, at)]

@@ -4,6 +4,7 @@ May import: `oio.core`. May not import: anything that interprets what is logged.
 """
 
 from oio.log.damage_survey import RecoveryReport
+from oio.log.logged_run import LoggedRun, read_run
 from oio.log.memory_log import MemoryLog
 from oio.log.read import (
     read_attachment,
@@ -23,6 +24,7 @@ from oio.log.write import Journal, ProgressWatcher, RunLog
 
 __all__ = [
     "Journal",
+    "LoggedRun",
     "MemoryLog",
     "ProgressWatcher",
     "RecoveryReport",
@@ -35,6 +37,7 @@ __all__ = [
     "read_metadata",
     "read_odometry",
     "read_readings",
+    "read_run",
     "read_samples",
     "read_stages",
     "read_states",

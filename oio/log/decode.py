@@ -79,6 +79,11 @@ def odometry(t_ns: int, data: bytes) -> tuple[int, Array, Array]:
     return t_ns, np.array([p.x, p.y, p.z]), np.array(message.pose_covariance).reshape(6, 6)[:3, :3]
 
 
+def stage_json(data: bytes) -> str:
+    """Decode the result in a stage event: JSON text."""
+    return str(schemas.StageResult.FromString(data).json)
+
+
 def stage(t_ns: int, data: bytes) -> tuple[int, str, str]:
     """Decode a stage event: t_ns, the stage, its state (`begin`, `end` or `failed`)."""
     message = schemas.StageResult.FromString(data)

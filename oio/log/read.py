@@ -1,9 +1,9 @@
 """Log reader: a finished log as the records that were written, in written order, bit for bit, in constant memory."""
 
 import os
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from mcap.reader import make_reader
 from mcap.records import Attachment, Message
@@ -16,6 +16,7 @@ from oio.log.scene import hypotheses
 from oio.log.validation import check, refuse_damaged
 
 T = TypeVar("T")
+BY_STAGES = ("progress", "bout")  # kinds of events that stages write for the user: no part of the world, a replay makes its own
 
 
 def read_samples(path: Path, since_ns: int = -1, until_ns: int | None = None) -> Generator[WorldSample, None, None]:
@@ -35,7 +36,7 @@ def samples_written(path: Path, size: int, since_ns: int = -1, until_ns: int | N
 def _decoded_samples(picked: Iterator[tuple[str, Message]]) -> Generator[WorldSample, None, None]:
     for kind, message in picked:
         sample = decode.SAMPLES[kind](message.log_time, message.data)
-        if not (isinstance(sample, Event) and sample.kind == "progress"):  # written by a stage for the user, not by the world
+        if not (isinstance(sample, Event) and sample.kind in BY_STAGES):
             yield sample
 
 
@@ -72,6 +73,12 @@ def read_stages(path: Path) -> Iterator[tuple[int, str, str]]:
 def read_hypotheses(path: Path) -> Iterator[tuple[int, list[tuple[Array, Array]]]]:
     """Return (t_ns, hypotheses of the source, best first, each (3,) m and (3, 3) m^2) of every scene; errors as `read_samples`."""
     return _records_of_schema(path, "foxglove.SceneUpdate", hypotheses)
+
+
+def read_kinds(path: Path, decoders: Mapping[str, Callable[[int, bytes], Any]]) -> Iterator[tuple[str, Any]]:
+    """Yield (schema, record) of several schemas in one pass, in written order; errors as `read_samples`."""
+    check(path)
+    return ((kind, decoders[kind](message.log_time, message.data)) for kind, message in _selected(path, MessageFilter(tuple(decoders))))
 
 
 def _records_of_schema(path: Path, kind: str, record: Callable[[int, bytes], T]) -> Iterator[T]:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from oio.inference.map_fit import CALIBRATED
 from oio.inference.metrics import ResidualTest
 from oio.results.calibration import Calibration
-from oio.results.criteria.judgement import Verdict
+from oio.results.criteria.judgement import CALIBRATION, SEARCH, Verdict
 
 SCHEMA = "oio.results.summary/2"
+ABOUT = (CALIBRATION, SEARCH)
 READABLE = ("oio.results.summary/1", SCHEMA)  # schema 2 adds fields to schema 1; its verdict no longer knows the truth
 
 
@@ -125,6 +126,7 @@ def summary(
         "posterior_bound_m": found.posterior_bound_m if found else None,
         "posterior_bound_ratio": found.posterior_bound_ratio if found else None,
         "verdict": verdict.word,
+        "verdicts": {about: verdict.of(about).word for about in ABOUT if verdict.of(about).judgements},
         "reasons": list(verdict.reasons),
         "criteria": [dataclasses.asdict(judgement) for judgement in verdict.judgements],
         "scored": {"word": found.scored.word, "reasons": list(found.scored.reasons)} if found else None,

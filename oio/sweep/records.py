@@ -6,7 +6,7 @@ from typing import Any
 from oio.sweep.manifest import Outcome
 
 CHOICES = ("sensor", "profile", "dof", "air", "world", "ekf", "assembly", "backend", "seed")  # as summary.json has them
-NOT_KEPT = ("schema", "wall_s", "reasons")
+NOT_KEPT = ("schema", "wall_s", "reasons", "criteria", "verdicts")
 RESULTS = (  # keys of summary.json that are results
     "job", "source_position_m", "calibration", "cold", "cold_open", "calibrated", "calibrated_paper_assembly", "dead_reckoning", "bound_m",
     "bound_ratio", "posterior_bound_m", "posterior_bound_ratio", "verdict", "scored", "simulated_s",

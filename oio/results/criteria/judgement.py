@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from oio.core.errors import BadInput
 from oio.core.settings import settings
 
 PASS, WARN, FAIL = WORDS = "PASS", "WARN", "FAIL"  # from good to bad
 NOTHING = "no stage that can be judged has run."
+CALIBRATION, SEARCH = "calibration", "search"  # what a criterion is about
 Results = Mapping[type, object]  # of the stages that have run, by their class
 Limits = tuple[float | None, float | None]
 
@@ -28,6 +30,7 @@ class Judgement:
     """One line of a verdict: PASS, WARN or FAIL; `allowed` are the limits of PASS in words, `action` is empty for PASS."""
 
     name: str
+    about: str  # calibration or search
     word: str
     value: float
     unit: str
@@ -45,6 +48,7 @@ class Judgement:
 class Criterion:
     """Base of all criteria. Limits are (low, high) with null for an open end: PASS within `passes`, else WARN within `warns`, else FAIL."""
 
+    about: ClassVar[str] = CALIBRATION
     passes: Limits
     warns: Limits
 
@@ -68,7 +72,7 @@ class Criterion:
         word = PASS if _within(measured.value, self.passes) else WARN if _within(measured.value, self.warns) else FAIL
         low = self.passes[0]
         action = "" if word == PASS else measured.below if low is not None and measured.value < low else measured.above
-        return Judgement(name, word, measured.value, measured.unit, self.allowed(measured.unit), measured.found, action)
+        return Judgement(name, self.about, word, measured.value, measured.unit, self.allowed(measured.unit), measured.found, action)
 
     def allowed(self, unit: str) -> str:
         """Limits of PASS in words."""
@@ -89,6 +93,10 @@ class Verdict:
     def word(self) -> str:
         """PASS, WARN or FAIL; WARN if nothing was judged."""
         return max((j.word for j in self.judgements), key=WORDS.index, default=WARN)
+
+    def of(self, about: str) -> "Verdict":
+        """Return the part of the verdict on the calibration, or on the search."""
+        return Verdict(tuple(j for j in self.judgements if j.about == about))
 
     @property
     def reasons(self) -> tuple[str, ...]:

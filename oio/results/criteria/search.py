@@ -1,8 +1,10 @@
 """Criteria of a search: are innovations and residuals those of the model, from both sides, and is the region small enough to be a place."""
 
+from typing import ClassVar
+
 from oio.core.settings import settings
 from oio.inference.map_fit import CALIBRATED
-from oio.results.criteria.judgement import Criterion, Measured, Results
+from oio.results.criteria.judgement import SEARCH, Criterion, Measured, Results
 from oio.results.summary import Evaluation
 
 
@@ -14,6 +16,8 @@ def _evaluation(results: Results) -> Evaluation | None:
 @settings
 class MeanNis(Criterion):
     """Mean normalised innovation squared of the calibrated filter, 1 if Q and R are right (Bar-Shalom, Li, Kirubarajan 2001, 5.4)."""
+
+    about: ClassVar[str] = SEARCH
 
     def measure(self, results: Results) -> Measured | None:
         """None without an innovation."""
@@ -29,6 +33,8 @@ class MeanNis(Criterion):
 @settings
 class Residuals(Criterion):
     """Overdispersion of the last map's whitened residuals: their mean square, times (1 + rho) / (1 - rho) of their autocorrelation rho."""
+
+    about: ClassVar[str] = SEARCH
 
     def measure(self, results: Results) -> Measured | None:
         """None without a map."""
@@ -48,6 +54,8 @@ class Residuals(Criterion):
 class Halves(Criterion):
     """Squared Mahalanobis distance of the sources by two halves of the readings, by time and by place: chi-square, 3 degrees of freedom."""
 
+    about: ClassVar[str] = SEARCH
+
     def measure(self, results: Results) -> Measured | None:
         """None without a map of everything: only such a one is tested."""
         found = _evaluation(results)
@@ -63,6 +71,8 @@ class Halves(Criterion):
 @settings
 class Localised(Criterion):
     """Standard deviation of the source over that of the whole workspace box: a region as large as the room is no place."""
+
+    about: ClassVar[str] = SEARCH
 
     def measure(self, results: Results) -> Measured | None:
         """With one or two joints only a bearing is observable, which is judged by `Observable`."""
@@ -84,6 +94,8 @@ class Localised(Criterion):
 class Declared(Criterion):
     """Whether the search declared a source by its own stop rule (1) or ran out of moves or time (0)."""
 
+    about: ClassVar[str] = SEARCH
+
     def measure(self, results: Results) -> Measured | None:
         """With one or two joints nothing can be declared."""
         found = _evaluation(results)
@@ -104,6 +116,8 @@ class Declared(Criterion):
 class Places(Criterion):
     """Places that the last map leaves for the source: with more than one the answer is one of them."""
 
+    about: ClassVar[str] = SEARCH
+
     def measure(self, results: Results) -> Measured | None:
         """None without a map."""
         found = _evaluation(results)
@@ -119,6 +133,8 @@ class Places(Criterion):
 @settings
 class SameWorld(Criterion):
     """Whether the calibrated world explains the search (0), or another one does better (1): a wall, a wind, a second source."""
+
+    about: ClassVar[str] = SEARCH
 
     def measure(self, results: Results) -> Measured | None:
         """None without a map."""
@@ -139,6 +155,8 @@ class SameWorld(Criterion):
 @settings
 class Observable(Criterion):
     """Directions and ambiguities that this motion cannot resolve, by the rank of the Fisher information and the geometry of the path."""
+
+    about: ClassVar[str] = SEARCH
 
     def measure(self, results: Results) -> Measured | None:
         """Number of them; with one or two joints there is one at least."""

@@ -172,7 +172,9 @@ def test_a_failed_stage_is_read(tmp_path: Path) -> None:
 def story_of(source_m: Array, believed_m: Array, cov: Array, dof: int) -> RunHistory:
     nothing = TrackOverTime(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)))
     believed = TrackOverTime(np.zeros(1), believed_m[None, :], cov[None, :, :])
-    return RunHistory({"dof": str(dof)}, (), None, (), nothing, nothing, nothing, believed, np.zeros(3), {"source": source_m})  # type: ignore[arg-type]
+    return RunHistory(
+        {"dof": str(dof)}, (), None, (), nothing, nothing, nothing, believed, np.zeros(3), np.zeros((0, 3)), {"source": source_m}
+    )  # type: ignore[arg-type]
 
 
 def test_errors_of_the_source() -> None:

@@ -1,0 +1,4 @@
+"""The report of a run or a sweep: one self-contained HTML file that says whether to trust a calibration, why, and what to do next.
+
+`material` reads what a run left behind; each `*_part` makes one part of the page; `page` joins them; `figures` draws to SVG and PNG.
+"""

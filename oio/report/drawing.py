@@ -1,0 +1,54 @@
+"""Figures as SVG text for the page, and as SVG and PNG files: the same drawing, the same bytes for the same run."""
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from oio.core.errors import BadInput
+from oio.figures.style import RC
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PNG_DPI = 150
+SVG: Any = {"svg.fonttype": "none", "svg.hashsalt": "oio", "font.family": "sans-serif", "path.simplify": True}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure to be drawn: its name, size in inches, caption, and the function that draws on it."""
+
+    name: str
+    size_in: tuple[float, float]
+    caption: str
+    draw: Callable[["Figure"], None]
+
+    def svg(self) -> str:
+        """Return the SVG element, without XML headers, so that it can stand in a page."""
+        text = self._saved("svg").decode()
+        element = text[text.index("<svg") :]
+        return element.replace("<svg ", '<svg role="img" aria-hidden="true" ', 1)
+
+    def save(self, folder: Path) -> None:
+        """Write NAME.svg and NAME.png; raises BadInput where that cannot be."""
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            for kind in ("svg", "png"):
+                (folder / f"{self.name}.{kind}").write_bytes(self._saved(kind))
+        except OSError as error:
+            raise BadInput(f"--figures is {folder}, but that cannot be written ({error.strerror}). Give another folder.") from None
+
+    def _saved(self, kind: str) -> bytes:
+        import matplotlib as mpl  # here: the import takes most of a second
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        out = io.BytesIO()
+        with mpl.rc_context({**RC, **SVG}):
+            drawn = Figure(figsize=self.size_in, dpi=PNG_DPI, layout="constrained")
+            FigureCanvasAgg(drawn)
+            self.draw(drawn)
+            drawn.savefig(out, format=kind, metadata={"Date": None} if kind == "svg" else {"Software": None})
+        return out.getvalue()

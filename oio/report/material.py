@@ -1,0 +1,78 @@
+"""What a run left behind, as a report needs it: the history from its log, results of stages, summary, calibration, configuration."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from oio.core.errors import BadInput
+from oio.core.records import Array, Event, Innovation
+from oio.figures.run_history import RunHistory, run_history
+from oio.figures.titles import read_summary
+from oio.log import read_run
+
+Document = dict[str, Any]
+SAFE = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # plain data only; in C, where there is one, ten times as fast
+
+
+@dataclass(frozen=True)
+class Material:
+    """A run: its folder, the history and stage results from its log, and its files; {} where there is none."""
+
+    folder: Path
+    story: RunHistory
+    stages: Document
+    innovations: tuple[Innovation, ...]
+    events: tuple[Event, ...]
+    summary: Document
+    calibration: Document
+    config: Document
+
+    @classmethod
+    def read(cls, folder: Path) -> "Material":
+        """Read the folder of a run that is done; raises BadInput for anything else."""
+        log = folder / "run.mcap"
+        if not log.is_file():
+            raise BadInput(f"{folder} has no run.mcap, so there is nothing to report. {_why(folder)}")
+        run = read_run(log)
+        events = tuple(sample for sample in run.samples if isinstance(sample, Event))
+        summary, files = read_summary(folder / "summary.json"), [_yaml(folder / name) for name in ("calibration.yaml", "config.yaml")]
+        return cls(folder, run_history(run, log), run.results, tuple(run.innovations), events, summary, *files)
+
+    def places(self) -> list[tuple[Array, Array]]:
+        """Places that the last map of the search left for the source, best first: mean (3,) m and covariance (3, 3) m^2."""
+        maps = self.stages.get("navigate", {}).get("maps", [])
+        fits = [(np.array(fit["mean"], dtype=float)[:3], np.array(fit["cov"], dtype=float)[:3, :3]) for fit in (maps[-1] if maps else [])]
+        return [(mean, cov) for mean, cov in fits if np.all(np.isfinite(mean)) and np.all(np.isfinite(cov))]
+
+    def baselines_ppm(self) -> list[float]:
+        """Baseline of each element [ppm]."""
+        return [float(element["ppm"]) for element in self.stages.get("baseline", {}).get("elements", [])]
+
+    def bouts(self) -> list[Event]:
+        """Bouts of the calibration."""
+        return [sample for sample in self.events if sample.kind == "bout"]
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """The choices of the run and its provenance, from the log's metadata."""
+        return self.story.identity
+
+
+def _why(folder: Path) -> str:
+    if (folder / "run.mcap.part").is_file():
+        return f"The run was cut off: type python -m oio.recover {folder / 'run.mcap.part'}"
+    if (folder / "summary.json").is_file():
+        return "It was made with logging=summary: run it again with logging=full."
+    return "Give the folder of a run, e.g. python -m oio.report outputs/DATE/TIME_ec_5dof"
+
+
+def _yaml(path: Path) -> Document:
+    """A file as plain data; nothing is built from it."""
+    try:
+        document = yaml.load(path.read_text(encoding="utf-8"), SAFE) if path.is_file() else {}
+    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path} cannot be read ({str(error).splitlines()[0]}). Remove it to report without it.") from None
+    return document if isinstance(document, dict) else {}

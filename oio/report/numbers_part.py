@@ -1,0 +1,88 @@
+"""Numbers of the calibration with their uncertainties, the paper's Table I beside ours, and in simulation the score against the truth."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from oio.report.material import Material
+from oio.report.page import Part, badge, bullets, paragraph, table
+
+VARIANTS = {
+    "cold": "cold start: data sheet taken as known", "cold_open": "cold start: data sheet, open",
+    "calibrated": "calibrated", "calibrated_paper_assembly": "with the paper's Q and R",
+}  # fmt: skip
+SECTIONS = {"sensor": "sensor", "range_law": "air", "arm": "arm"}
+
+
+def calibration_part(material: Material, published: dict[str, Any]) -> Part:
+    """Return the table of every calibrated quantity, and Table I."""
+    rows = [row for section, about in SECTIONS.items() for row in _entries(material.calibration.get(section) or {}, about)]
+    if not rows:
+        return Part("calibration", "Calibration", paragraph("This run made no calibration."))
+    heads = ("quantity", "value", "+- u", "unit", "degrees of freedom", "evaluation")
+    values = table("Calibrated quantities; u is the standard uncertainty (GUM), evaluation A statistical, B other", heads, rows)
+    return Part("calibration", "Calibration", values + _table_1(material, published))
+
+
+def _entries(tree: dict[str, Any], key: str) -> Iterator[tuple[str, ...]]:
+    for name, value in tree.items():
+        if isinstance(value, dict) and {"value", "u", "unit"} <= set(value):
+            dof = value.get("dof")
+            free = "infinite" if dof is None else f"{dof:g}"
+            yield f"{key}.{name}", f"{value['value']:.4g}", f"{value['u']:.2g}", str(value["unit"]), free, str(value.get("method", ""))
+        elif isinstance(value, dict):
+            yield from _entries(value, f"{key}.{name}")
+
+
+def _table_1(material: Material, published: dict[str, Any]) -> str:
+    made, paper = material.summary.get("calibration"), published.get(str(material.summary.get("sensor")))
+    if not made or not paper:
+        return ""
+    rows = [
+        ("calibration time (s)", f"{made['time_s']:.0f}", f"{paper['time_s']:g}"),
+        ("error (ppm)", f"{made['error_ppm']:.2g}", f"{paper['error_ppm']:g}"),
+    ]
+    note = "The error is the claimed standard uncertainty of a reading; what the paper's is an error of, it does not say."
+    return table("The paper's Table I beside this run", ("quantity", "this run", "paper"), rows) + paragraph(note, "note")
+
+
+def truth_part(material: Material) -> Part | None:
+    """Return what only simulation knows; None without a truth."""
+    summary = material.summary
+    scored = summary.get("scored")
+    if not scored or scored["word"] == "unknown":
+        return None
+    rows = [_row(name, summary[key]) for key, name in VARIANTS.items() if summary.get(key)]
+    heads = ("filter", "source error (mm)", "+- (mm)", "nose error (mm)", "NEES", "in its 95 % region", "mean NIS", "declared")
+    words = f"<p>{badge(scored['word'])} The answer compared with the truth. None of this enters the verdict.</p>"
+    ratio = summary.get("bound_ratio")
+    bound = paragraph(f"Error over the Cramer-Rao bound of this path: {ratio:.2f}; about 1 is the best that is possible.") if ratio else ""
+    reasons = bullets(scored["reasons"]) if scored["reasons"] else ""
+    return Part(
+        "truth",
+        "Scored against the truth (simulation only)",
+        f'<div class="truth">{words}{reasons}{bound}{table("The same samples through each filter", heads, rows)}</div>',
+    )
+
+
+def _row(name: str, outcome: dict[str, Any]) -> tuple[str, ...]:
+    inside = {True: "yes", False: "no", None: "-"}[outcome.get("inside_95")]
+    missed = (
+        _mm(outcome.get("source_error_m"))
+        if outcome.get("source_error_m") is not None
+        else f"bearing {outcome.get('bearing_error_deg', 0):.1f} deg"
+    )
+    nees, nis = (f"{v:.2f}" if v is not None else "-" for v in (outcome.get("nees_source"), outcome.get("nis_mean")))
+    return (
+        name,
+        missed,
+        _mm(outcome.get("sd_m")),
+        _mm(outcome.get("nose_error_m")),
+        nees,
+        inside,
+        nis,
+        "yes" if outcome.get("found") else "no",
+    )
+
+
+def _mm(value: float | None) -> str:
+    return "-" if value is None else f"{1e3 * value:.1f}"

@@ -1,0 +1,74 @@
+"""The page: parts with headings, tables and figures, as HTML that needs nothing else; all text is escaped."""
+
+import html
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One part of a page: its anchor, heading, and content as HTML."""
+
+    anchor: str
+    heading: str
+    content: str
+
+
+def escaped(text: object) -> str:
+    """Text as HTML."""
+    return html.escape(str(text), quote=True)
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """One paragraph of text."""
+    return f"<p{_class(kind)}>{escaped(text)}</p>"
+
+
+def bullets(texts: Iterable[str], ordered: bool = False) -> str:
+    """A list of texts."""
+    tag = "ol" if ordered else "ul"
+    return f"<{tag}>{''.join(f'<li>{escaped(text)}</li>' for text in texts)}</{tag}>"
+
+
+def badge(word: str) -> str:
+    """PASS, WARN or FAIL as a coloured word."""
+    return f'<span class="badge {escaped(word.lower())}">{escaped(word)}</span>'
+
+
+def table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], raw: Sequence[int] = ()) -> str:
+    """A table that scrolls by itself on a narrow screen; the first column heads its rows. `raw`: columns that are HTML already."""
+    head = "".join(f'<th scope="col">{escaped(text)}</th>' for text in heads)
+    body = "".join(f"<tr>{''.join(_cell(i, cell, i in raw) for i, cell in enumerate(row))}</tr>" for row in rows)
+    inner = f"<table><caption>{escaped(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return f'<div class="scroll" role="region" tabindex="0" aria-label="{escaped(caption)}">{inner}</div>'
+
+
+def figure(name: str, drawing: str, caption: str) -> str:
+    """A drawing with its caption, which is its description as well."""
+    inner = f'<div class="scroll drawing" role="region" tabindex="0" aria-label="{escaped(caption)}">{drawing}</div>'
+    return f'<figure id="{escaped(name)}">{inner}<figcaption>{escaped(caption)}</figcaption></figure>'
+
+
+def page(title: str, lead: str, parts: Sequence[Part], scripts: str = "") -> str:
+    """The whole document: title, lead, a list of the parts, the parts."""
+    links = "".join(f'<li><a href="#{escaped(part.anchor)}">{escaped(part.heading)}</a></li>' for part in parts)
+    body = "".join(f'<section id="{escaped(part.anchor)}"><h2>{escaped(part.heading)}</h2>{part.content}</section>' for part in parts)
+    style = (HERE / "style.css").read_text(encoding="utf-8")
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escaped(title)}</title><link rel='icon' href='data:,'><style>{style}</style></head><body>"
+        f'<a class="skip" href="#main">Skip to the content</a><header><h1>{escaped(title)}</h1></header>'
+        f'<nav aria-label="Parts of this report"><ol>{links}</ol></nav><main id="main">{lead}{body}</main>{scripts}</body></html>\n'
+    )
+
+
+def _cell(column: int, cell: str, raw: bool) -> str:
+    text = cell if raw else escaped(cell)
+    return f'<th scope="row">{text}</th>' if column == 0 else f"<td>{text}</td>"
+
+
+def _class(kind: str) -> str:
+    return f' class="{escaped(kind)}"' if kind else ""

@@ -1,0 +1,46 @@
+"""Report of one run."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+
+from oio.core.folders import CONF
+from oio.figures.titles import headline
+from oio.report.drawing import Drawing
+from oio.report.figure_parts import drawings
+from oio.report.material import Material
+from oio.report.numbers_part import calibration_part, truth_part
+from oio.report.page import Part, figure, page
+from oio.report.provenance_part import assumptions_part, provenance_part
+from oio.report.scene_3d import scripts, traces
+from oio.report.verdict_part import criteria_part, lead
+
+HEADINGS = {
+    "place": "Where the source is",
+    "signal": "Readings and bouts",
+    "filter": "Is the filter consistent?",
+    "nose": "Where the nose is",
+}
+SPACE = (
+    '<figure><div id="space" class="space" role="img" aria-label="The search in 3-D: arm, nose path, places left for the source">'
+    "This needs JavaScript; the picture below shows the search from above.</div>"
+    "<figcaption>The search in 3-D: drag to turn, scroll to zoom, click an entry of the legend to show or hide it.</figcaption></figure>"
+)
+
+
+def run_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
+    """Return the page of the run in `folder`, and its figures. Raises BadInput where there is no run that is done."""
+    material = Material.read(folder)
+    drawn = drawings(material)
+    published = yaml.safe_load((CONF / "table_1.yaml").read_text(encoding="utf-8"))
+    parts = [criteria_part(material), *(_figures(anchor, drawn[anchor]) for anchor in HEADINGS), calibration_part(material, published)]
+    parts += [part for part in (truth_part(material),) if part is not None]
+    parts += [assumptions_part(material), provenance_part(material)]
+    title = f"OIO report: {headline(dict(material.identity), material.summary)}"
+    return page(title, lead(material), parts, scripts(traces(material))), [one for some in drawn.values() for one in some]
+
+
+def _figures(anchor: str, drawn: Sequence[Drawing]) -> Part:
+    shown = "".join(figure(one.name, one.svg(), one.caption) for one in drawn)
+    return Part(anchor, HEADINGS[anchor], (SPACE if anchor == "place" else "") + shown)

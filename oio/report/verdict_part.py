@@ -1,0 +1,64 @@
+"""First of all: the verdict, what to do next, and the criteria with value, limit and action."""
+
+from typing import Any
+
+from oio.report.material import Material
+from oio.report.page import Part, badge, bullets, escaped, paragraph, table
+
+MEANING = {
+    "PASS": "It can be trusted: every criterion is within its limits.",
+    "WARN": "Use it with care: nothing contradicts it, but something is outside of its limits.",
+    "FAIL": "Do not trust it: something contradicts it.",
+}
+ORDER = ("FAIL", "WARN")
+
+
+def lead(material: Material) -> str:
+    """Return the box at the top: words, answer, next actions."""
+    summary = material.summary
+    if not summary:
+        return (
+            f'<div class="lead warn">{paragraph("This run has no summary.json, so there is no verdict. It may have been cut off.")}</div>'
+        )
+    word = summary["verdict"]
+    words = "".join(f" {escaped(about)} {badge(part)}" for about, part in (summary.get("verdicts") or {}).items())
+    head = f'<p class="word">{badge(word)} {escaped(MEANING[word])}</p><p>{words}</p>'
+    todo = f"<h2>What to do next</h2>{bullets(actions(material), True)}"
+    return f'<div class="lead {word.lower()}">{head}{paragraph(answer(material))}{todo}</div>'
+
+
+def answer(material: Material) -> str:
+    """Return where the source is, in a sentence; or that nothing was searched for."""
+    outcome = material.summary.get("calibrated")
+    if not outcome:
+        return "Nothing was searched for: this run calibrates only."
+    place, sd = outcome.get("believed_m"), outcome.get("sd_m")
+    if not place or sd is None:
+        return "The search ended without a place for the source."
+    at = ", ".join(f"{1e3 * v:.0f}" for v in place)
+    said = "declared" if outcome.get("found") else "not declared: its position is unverified"
+    others = len(outcome.get("other_places") or [])
+    more = f" {others} other places explain the readings as well." if others else ""
+    return f"The source is at ({at}) mm, +- {1e3 * sd:.0f} mm, {said}, after {outcome['moves']} moves and {outcome['time_s']:.0f} s.{more}"
+
+
+def actions(material: Material) -> list[str]:
+    """Return what to do, failures first, in each case causes before effects; no action twice."""
+    criteria: list[dict[str, Any]] = material.summary.get("criteria") or []
+    wanted = [f"{c['action']} ({c['name']}: {c['found']}.)" for word in ORDER for c in criteria if c["word"] == word]
+    if wanted:
+        return list(dict.fromkeys(wanted))
+    if material.summary.get("calibration") is None:
+        return ["Go on: run the stages calibrate_bouts, map_beliefs and assemble_qr as well."]
+    again = f"python -m oio.run calibration={material.folder / 'calibration.yaml'} stage=[warm_up,baseline,navigate,evaluate]"
+    return [f"Keep calibration.yaml, and begin later runs in the same air with it: {again}"]
+
+
+def criteria_part(material: Material) -> Part:
+    """Return the table of all criteria."""
+    criteria = material.summary.get("criteria") or []
+    rows = [(c["name"], c["about"], badge(c["word"]), c["found"], c["allowed"], c["action"] or "nothing") for c in criteria]
+    heads = ("criterion", "about", "verdict", "found", "passes", "what to do")
+    note = paragraph("Limits are in conf/verdict/standard.yaml. No truth enters here: a bench sees the same.", "note")
+    content = table("Each criterion with its value and limits", heads, rows, raw=(2,)) + note if rows else paragraph("Nothing was judged.")
+    return Part("criteria", "Criteria", content)

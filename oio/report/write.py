@@ -1,0 +1,23 @@
+"""A report to its file: of a run or of a sweep, whichever the folder holds."""
+
+from pathlib import Path
+
+from oio.core.errors import BadInput
+from oio.report.run_report import run_report
+
+NAME = "report.html"
+
+
+def write_report(folder: Path, out: Path | None = None, figures: Path | None = None) -> Path:
+    """Write the report of a run or a sweep, and its figures if a folder is given; returns its path. Raises BadInput for a wrong folder."""
+    if not folder.is_dir():
+        raise BadInput(f"{folder} was given, but there is no such folder. Give that of a run or a sweep, e.g. outputs/DATE/TIME_ec_5dof.")
+    path = out or folder / NAME
+    text, drawings = run_report(folder)
+    for drawing in drawings if figures else ():
+        drawing.save(figures or folder)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{path} cannot be written ({error.strerror}). Type --out FILE.html, in a folder that exists.") from None
+    return path
