@@ -15,7 +15,25 @@ def main() -> int:
         return 0
     from oio.cli.run import main as run
 
-    return run()
+    code = run()
+    return _report() or code
+
+
+def _report() -> int:
+    """Write the report of a run that is done; its libraries are loaded only now."""
+    from oio.cli.exit_codes import run_command
+    from oio.cli.outcome import TO_REPORT
+
+    if not TO_REPORT:
+        return 0
+    from oio.report.write import write_report
+
+    folder = TO_REPORT.pop()
+
+    def write() -> None:
+        sys.stdout.write(f"report: {write_report(folder)}\n")
+
+    return run_command(write, "stopped before the report was written; the run itself is done.")
 
 
 if __name__ == "__main__":

@@ -26,6 +26,8 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         raise BadInput(f"assembly={cfg.assembly} was given, but assembly can be {' or '.join(ASSEMBLIES)}. Type e.g. assembly=gum.")
     if cfg.logging not in LOGGING:
         raise BadInput(f"logging={cfg.logging} was given, but logging can be {' or '.join(LOGGING)}. Type e.g. logging=full.")
+    if not isinstance(cfg.report, bool):
+        raise BadInput(f"report={cfg.report} was given, but report can be true or false. Type e.g. report=false.")
     _whole("dof", cfg.dof, f"a rung of the ladder: {', '.join(map(str, cfg.arm.ladder))}", str(cfg.arm.ladder[-1]))
     _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
     names = {key: choices[key] for key in ("backend", "air", "ekf")}

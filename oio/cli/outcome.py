@@ -1,7 +1,10 @@
 """What became of a run below Hydra, which returns nothing and would print an exception twice: noted here, taken up when Hydra is done."""
 
+from pathlib import Path
+
 FAILED: list[Exception] = []
 VERDICTS: list[str] = []
+TO_REPORT: list[Path] = []  # folders of runs that are done and want a report
 
 
 def raise_first() -> None:

@@ -20,7 +20,7 @@ from oio.cli.console import show_summary
 from oio.cli.execute import execute
 from oio.cli.exit_codes import VERDICT_FAILED, run_command
 from oio.cli.hydra_errors import known_error
-from oio.cli.outcome import FAILED, VERDICTS, raise_first, verdict_failed
+from oio.cli.outcome import FAILED, TO_REPORT, VERDICTS, raise_first, verdict_failed
 from oio.cli.plugins import plugin_packages, search_path, without_search_path
 from oio.cli.replay_overrides import replayed
 from oio.cli.run_folder import state_of, write_status
@@ -46,6 +46,8 @@ def job(cfg: DictConfig) -> dict[str, Any]:
     if not sweeping:
         show_summary(document, f"log, calibration and numbers are in {out}")
         VERDICTS.append(document["verdict"])
+        if cfg.report and (out / "run.mcap").is_file():
+            TO_REPORT.append(out)
     return document
 
 

@@ -1,17 +1,16 @@
 """Figure geometry: covariance ellipse, source errors with their unit, axis limits, rows of labels."""
 
 import numpy as np
-from scipy.stats import chi2
 
 from oio.core.records import Array
 from oio.figures.run_history import RunHistory
-from oio.inference.metrics import COVERAGE, bearing
+from oio.inference.metrics import CHI2_95, bearing
 
 
 def ellipse(mean_m: Array, cov_m2: Array) -> Array:
     """Return the outline (73, 2) m of the 95 % region of x and y, for a mean (3,) m and covariance (3, 3) m^2: chi-square with 2 dof."""
     variances, axes = np.linalg.eigh(cov_m2[:2, :2])
-    radii = np.sqrt(chi2.ppf(COVERAGE, 2) * np.maximum(variances, 0.0))
+    radii = np.sqrt(CHI2_95[2] * np.maximum(variances, 0.0))
     turn = np.linspace(0.0, 2 * np.pi, 73)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     return np.asarray(mean_m[:2] + circle * radii @ axes.T)

@@ -25,7 +25,7 @@ def traces(material: Material) -> list[Trace]:
     """Return the traces that the log has data for."""
     story, out = material.story, list[Trace]()
     out += _arm(material)
-    for track, name, color, width in ((story.truth, "true nose", TRUTH, 6), (story.odometry, "nose, calibrated filter", CALIBRATED, 3)):
+    for track, name, color, width in ((story.truth, "true nose", TRUTH, 4), (story.odometry, "nose, calibrated filter", CALIBRATED, 2)):
         if len(track):
             out.append(_line(track.p_m[:: max(1, len(track) // MOST)], name, color, width))
     out += _spheres(material)
@@ -67,7 +67,16 @@ def _places(material: Material) -> list[Trace]:
 
 def _line(p_m: Array, name: str, color: str, width: int) -> Trace:
     x, y, z = (np.round(1e3 * p_m[:, i], 1).tolist() for i in range(3))
-    return {"type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "name": name, "line": {"color": color, "width": width}}
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "x": x,
+        "y": y,
+        "z": z,
+        "name": name,
+        "opacity": 0.6,
+        "line": {"color": color, "width": width},
+    }
 
 
 def _mark(p_m: Array, name: str, color: str, symbol: str) -> Trace:
@@ -89,7 +98,7 @@ def _surface(centre_m: Array, axes_m: Array, name: str, color: str, opacity: flo
 
 def scripts(drawn: list[Trace]) -> str:
     """Return the script elements: plotly.js packed, as it is 4.8 MB, the traces, and what draws them when the page has loaded."""
-    packed = base64.b64encode(gzip.compress(_plotly(), 9, mtime=0)).decode()
+    packed = base64.b64encode(gzip.compress(_plotly(), 6, mtime=0)).decode()
     data = json.dumps(drawn, allow_nan=False).replace("<", "\\u003c")
     viewer = (resources.files("oio.report") / "viewer.js").read_text(encoding="utf-8")
     return (

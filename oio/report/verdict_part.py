@@ -1,7 +1,12 @@
 """First of all: the verdict, what to do next, and the criteria with value, limit and action."""
 
+import importlib
+from collections.abc import Iterable, Iterator
 from typing import Any
 
+import yaml
+
+from oio.core.folders import CONF
 from oio.report.material import Material
 from oio.report.page import Part, badge, bullets, escaped, paragraph, table
 
@@ -39,7 +44,8 @@ def answer(material: Material) -> str:
     said = "declared" if outcome.get("found") else "not declared: its position is unverified"
     others = len(outcome.get("other_places") or [])
     more = f" {others} other places explain the readings as well." if others else ""
-    return f"The source is at ({at}) mm, +- {1e3 * sd:.0f} mm, {said}, after {outcome['moves']} moves and {outcome['time_s']:.0f} s.{more}"
+    where = f"({at}) mm in the arm's base frame, \N{PLUS-MINUS SIGN} {1e3 * sd:.0f} mm (one standard deviation)"
+    return f"The source is at {where}; {said}, after {outcome['moves']} moves and {outcome['time_s']:.0f} s.{more}"
 
 
 def actions(material: Material) -> list[str]:
@@ -54,11 +60,22 @@ def actions(material: Material) -> list[str]:
     return [f"Keep calibration.yaml, and begin later runs in the same air with it: {again}"]
 
 
+def explained(names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield the standard criteria with what each means: the first lines of its class."""
+    standard = yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text(encoding="utf-8"))["criteria"]
+    for name in names:
+        if name in standard:
+            module, _, kind = standard[name]["_target_"].rpartition(".")
+            yield name, " ".join((getattr(importlib.import_module(module), kind).__doc__ or "").split())
+
+
 def criteria_part(material: Material) -> Part:
     """Return the table of all criteria."""
     criteria = material.summary.get("criteria") or []
     rows = [(c["name"], c["about"], badge(c["word"]), c["found"], c["allowed"], c["action"] or "nothing") for c in criteria]
     heads = ("criterion", "about", "verdict", "found", "passes", "what to do")
-    note = paragraph("Limits are in conf/verdict/standard.yaml. No truth enters here: a bench sees the same.", "note")
+    meanings = "".join(f"<dt>{escaped(name)}</dt><dd>{escaped(text)}</dd>" for name, text in explained(c["name"] for c in criteria))
+    note = f"<details><summary>What the criteria mean</summary><dl>{meanings}</dl></details>"
+    note += paragraph("Limits are in conf/verdict/standard.yaml. No truth enters here: a bench sees the same.", "note")
     content = table("Each criterion with its value and limits", heads, rows, raw=(2,)) + note if rows else paragraph("Nothing was judged.")
     return Part("criteria", "Criteria", content)

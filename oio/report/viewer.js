@@ -12,7 +12,7 @@
     const axis = (title) => ({ title: { text: title }, backgroundcolor: "#f4f6f8", showbackground: true });
     const layout = {
       margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: true, legend: { orientation: "h", y: 0, yanchor: "top" },
-      scene: { aspectmode: "data", xaxis: axis("x [mm]"), yaxis: axis("y [mm]"), zaxis: axis("z [mm]") },
+      scene: { aspectmode: "data", camera: { eye: { x: 1.0, y: -1.1, z: 0.7 } }, xaxis: axis("x [mm]"), yaxis: axis("y [mm]"), zaxis: axis("z [mm]") },
     };
     space.textContent = "";
     await Plotly.newPlot(space, JSON.parse(document.getElementById("traces").textContent), layout, { responsive: true, displaylogo: false });
