@@ -23,7 +23,7 @@ HEADINGS = {
     "nose": "Where the nose is",
 }
 SPACE = (
-    '<figure><div id="space" class="space" role="img" aria-label="The search in 3-D: arm, nose path, places left for the source">'
+    '<figure><div id="space" class="space" role="group" aria-label="The search in 3-D: arm, nose path, places left for the source">'
     "This needs JavaScript; the picture below shows the search from above.</div>"
     "<figcaption>The search in 3-D: drag to turn, scroll to zoom, click an entry of the legend to show or hide it.</figcaption></figure>"
 )

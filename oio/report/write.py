@@ -4,6 +4,8 @@ from pathlib import Path
 
 from oio.core.errors import BadInput
 from oio.report.run_report import run_report
+from oio.report.sweep_report import sweep_report
+from oio.sweep.manifest import MANIFEST
 
 NAME = "report.html"
 
@@ -13,7 +15,7 @@ def write_report(folder: Path, out: Path | None = None, figures: Path | None = N
     if not folder.is_dir():
         raise BadInput(f"{folder} was given, but there is no such folder. Give that of a run or a sweep, e.g. outputs/DATE/TIME_ec_5dof.")
     path = out or folder / NAME
-    text, drawings = run_report(folder)
+    text, drawings = sweep_report(folder) if (folder / MANIFEST).is_file() else run_report(folder)
     for drawing in drawings if figures else ():
         drawing.save(figures or folder)
     try:

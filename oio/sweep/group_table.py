@@ -25,7 +25,7 @@ HEADS = {  # columns and what they mean
 def group_table(rows: Sequence[Record], by: Sequence[str] | None) -> list[dict[str, Any]]:
     """Return a row per group, in the order of the first job of each. `by`: keys of records; None: sensor, dof, air, and what differs."""
     known = sorted({key for row in rows for key in overridden(row)})
-    keys = list(by) if by is not None else _usual(rows)
+    keys = list(by) if by is not None else usual_keys(rows)
     for key in keys:
         if key not in known:
             raise BadInput(f"--by {key} was given, but jobs can be grouped by {', '.join(known)} only. Type e.g. --by sensor,dof,air.")
@@ -35,7 +35,7 @@ def group_table(rows: Sequence[Record], by: Sequence[str] | None) -> list[dict[s
     return [{**dict(zip(keys, group, strict=True)), **_figures(members)} for group, members in groups.items()]
 
 
-def _usual(rows: Sequence[Record]) -> list[str]:
+def usual_keys(rows: Sequence[Record]) -> list[str]:
     """Sensor, DoF, air, and every choice but the seed of which there are several."""
     several = [key for key in CHOICES if key not in (*BY, "seed") and len({str(row[key]) for row in rows if key in row}) > 1]
     return [*BY, *several] if all(any(key in row for row in rows) for key in BY) else ["state"]

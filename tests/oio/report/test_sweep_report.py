@@ -1,0 +1,31 @@
+"""The report of a sweep: counts of verdicts, the two figures, groups, the runs to look at."""
+
+import json
+import re
+
+from oio.report.__main__ import main
+
+
+def test_a_sweep_has_one_page_with_links_to_its_runs(swept, tmp_path):
+    out = tmp_path / "sweep.html"
+    assert main([str(swept), "--out", str(out), "--figures", str(tmp_path / "figures")]) == 0
+    page = out.read_text(encoding="utf-8")
+    assert "sweep of 2 runs" in page and "2 of 2 runs are done." in page and page.count("<svg ") == 2
+    assert {path.name for path in (tmp_path / "figures").iterdir()} >= {"heat_map.png", "distributions.svg"}
+    words = [json.loads(path.read_text())["verdict"] for path in swept.glob("*/summary.json")]
+    shown = dict(re.findall(r'<span class="badge \w+">(\w+)</span> (\d+)', page[: page.index("<h2>")]))
+    assert {word: int(n) for word, n in shown.items()} == {word: words.count(word) for word in ("PASS", "WARN", "FAIL")}
+    for link in re.findall(r'<a href="(\d[^"]*)"', page):
+        assert (swept / link).exists()
+
+
+def test_a_job_that_failed_is_the_first_to_look_at(swept, tmp_path):
+    status = next(path for path in sorted(swept.glob("*/status.json")))
+    before = status.read_text()
+    status.write_text(json.dumps({"state": "failed", "error": "no <gas>", "traceback": ""}))
+    try:
+        assert main([str(swept), "--out", str(tmp_path / "sweep.html")]) == 0
+    finally:
+        status.write_text(before)
+    page = (tmp_path / "sweep.html").read_text()
+    assert "1 of 2 runs are done." in page and "not done: failed" in page and 'class="lead fail"' in page
