@@ -17,9 +17,10 @@ from oio.log import read_attachment, read_metadata
 SCHEMA = "oio.results.calibration/1"
 SECTIONS = ("sensor", "range_law", "arm", "type_a", "type_b")  # in which every mapping with a value is a quantity
 REQUIRED = SECTIONS[:3]
-QUANTITIES = frozenset(
-    "baseline gain R_white tau_rise tau_fall delay error ln_strength exponent wind_x wind_y wind_z thinning gamma eddy offset drift u_a rms".split()
-)
+QUANTITIES = frozenset((
+    "baseline", "gain", "R_white", "tau_rise", "tau_fall", "delay", "error",
+    "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "offset", "drift", "u_a", "rms",
+))  # fmt: skip
 _LARGEST = 1e100  # its square is finite, too
 _LOOKS_LIKE_ONE = frozenset(("value", "u", "unit"))
 _EXAMPLE = "Give the calibration.yaml of a run, or its folder, e.g. outputs/2026-01-31/12-00-00."

@@ -105,14 +105,14 @@ def test_what_is_wrong_is_refused_with_its_key(path, to, said):
 @pytest.mark.parametrize(
     "text",
     [
-        "", "42", "a: [", "- 1", "a: 2026-99-99", "[" * 3000,
+        "", "42", "a: [", "- 1", "a: 2026-99-99", "[" * 800,
         "!!python/object/apply:os.system ['false']",
         "schema: oio.results.calibration/1\nsensor: &s {x: *s}\nrange_law: {a: 1}\narm: {a: 1}",
     ],
     ids=["empty", "number", "broken", "list", "no date", "deep", "object", "cycle"],
 )  # fmt: skip
 def test_what_is_no_calibration_is_refused(text):
-    with pytest.raises(BadInput, match="^monday"):
+    with pytest.raises(BadInput, match=r"^monday"):
         calibration_entries(text, "monday")
 
 
