@@ -13,7 +13,7 @@ LEGEND = "* as rare as 3 sd. (In brackets: it follows from the others, or is the
 
 
 def show(found: Comparison, by_section: bool) -> None:
-    """Print the table, largest difference first or in the order of the file, then chi-square and verdict."""
+    """Print the table, the largest difference that may decide first or in the order of the file, then chi-square and verdict."""
     several = len(found.names) > 2
     console = Console(width=WIDTH + VALUE_WIDTH * max(len(found.names) - 3, 0), highlight=False, markup=False, file=sys.stdout)
     for letter, name in zip(letters(found), found.names, strict=True):
@@ -38,7 +38,7 @@ def _table(found: Comparison, by_section: bool, several: bool) -> Table:
     for head in (*letters(found), *(["trend"] if several else ["B - A", "sd"]), "p"):
         table.add_column(head, justify="right", no_wrap=True)
     section = ""
-    for row in found.rows if by_section else sorted(found.rows, key=lambda row: -row.size):
+    for row in found.rows if by_section else sorted(found.rows, key=lambda row: (not row.counted, -row.size)):
         if by_section and row.key.split(".")[0] != section:
             section = row.key.split(".")[0]
             table.add_row(section)

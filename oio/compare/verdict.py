@@ -25,8 +25,7 @@ def _elsewhere(found: Comparison) -> list[str]:
     if not reasons:
         return []
     only_air = all(row.key.startswith("range_law.") for row in found.elsewhere)
-    what = "the air was another" if only_air else "what is not judged differs"
-    return [f"Beside this, {what}: {'; '.join(reasons)}.{' Search in the air of the calibration.' if only_air else ''}"]
+    return [f"Not judged: {'; '.join(reasons)}{', as the air of another hour may' if only_air else ''}."]
 
 
 def _named(rows: Sequence[Row], calibrations: int) -> list[str]:

@@ -91,3 +91,14 @@ def test_what_was_not_read_is_nan_and_what_is_not_there_has_no_table(logged):
     made = tables(read_run(logged(GasSample(1, 0, 5.0), GasSample(2, 1, 6.0))))
     assert list(made) == ["readings"]
     assert np.all(np.isnan(made["readings"]["ppm"])) and made["readings"]["raw"].tolist() == [5.0, 6.0]
+
+
+SLIDER = b"""<mujoco><worldbody><body><joint name="pan" type="slide" axis="1 0 0" range="0 1"/><geom size="0.1"/><site name="nose"/></body>
+</worldbody></mujoco>"""
+
+
+def test_a_sliding_joint_is_in_metres(logged):
+    log = logged(JointState(10**9, [0.25], [0.1], [0.0]), attachments={"arm.mjcf": SLIDER})
+    made = tables(read_run(log))
+    assert list(made["joints"]) == ["t_s", "pan_q_m", "pan_dq_m_s", "pan_ddq_m_s2"]
+    assert made["tracks"]["dead_reckoning_x_m"].tolist() == [0.25]
