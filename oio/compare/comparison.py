@@ -102,6 +102,8 @@ def compare(calibrations: Sequence[CalibrationEntries], judged: tuple[str, ...])
             row = _row([other.quantities[key] for other in calibrations], [other.name for other in calibrations])
             rows.append(row)
             known += [_fact(key, row)] if row.test is None and len(set(row.values)) > 1 else []
+    if not rows:
+        raise BadInput(f"{calibrations[0].name} shares no quantity with the others. Give calibrations of runs.")
     facts, remarks = _facts(calibrations, judged)
     chi2, dof = _overall(calibrations, rows, judged)
     names = tuple(entries.name for entries in calibrations)

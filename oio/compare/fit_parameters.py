@@ -52,6 +52,7 @@ def _matrix(rows: object, size: int, name: str) -> Array | None:
     if cov.shape != (size, size):
         return None
     sd = np.sqrt(np.maximum(np.diag(cov), np.finfo(np.float64).tiny))
-    if not np.allclose(cov, cov.T, rtol=1e-6, atol=0.0) or np.min(np.linalg.eigvalsh(cov / np.outer(sd, sd))) <= 0.0:
+    correlation = cov / np.outer(sd, sd)
+    if not np.allclose(correlation, correlation.T, rtol=0.0, atol=1e-6) or np.min(np.linalg.eigvalsh(correlation)) <= 0.0:
         raise BadInput(f"{name}: filter.P0_prior_parameters must be a covariance: symmetric and positive definite.")
     return cov

@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from oio.cli.exit_codes import run_command
 from oio.core.errors import BadInput
 from oio.core.records import WorldSample
 from oio.export.kalibr import write_kalibr
@@ -32,7 +33,7 @@ formats:
   kalibr              gas.yaml: the calibrated sensor as Kalibr writes an IMU
   robot_localization  ekf.yaml: parameters that fuse /estimate/odom in ROS 2
 
-exit code: 0 written, 2 bad input
+exit code: 0 written, 2 bad input, 130 stopped
 """
 
 
@@ -45,16 +46,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--to", choices=sorted(WRITERS), required=True, metavar="FORMAT", help=", ".join(sorted(WRITERS)))
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="a new folder (default: FORMAT, beside the log)")
     given = parser.parse_args(arguments)
-    try:
-        written = _export(find_log(given.run), given.to, given.out)
-    except BadInput as error:
-        sys.stderr.write(f"{error}\n")
-        return error.exit_code
-    sys.stdout.writelines(f"{path}\n" for path in written)
-    return 0
+    return run_command(lambda: _export(find_log(given.run), given.to, given.out))
 
 
-def _export(log: Path, to: str, out: Path | None) -> list[Path]:
+def _export(log: Path, to: str, out: Path | None) -> None:
     folder = out or log.parent / to
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadInput(f"{folder} is there already, and results are never overwritten. Type --out with the name of a new folder.")
@@ -63,7 +58,7 @@ def _export(log: Path, to: str, out: Path | None) -> list[Path]:
     new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return WRITERS[to](run, folder)
+        sys.stdout.writelines(f"{path}\n" for path in WRITERS[to](run, folder))
     except OSError as error:
         raise BadInput(f"{folder} cannot be written ({error.strerror}). Give --out with a folder that can be.") from None
     finally:

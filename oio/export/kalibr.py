@@ -45,7 +45,7 @@ NO_PLACE = "  # T_gas_link: left out, the log has no model of the arm"
 def write_kalibr(run: RunRecord, folder: Path) -> list[Path]:
     """Write gas.yaml, a block per element; returns its path. Raises BadInput where the log has no calibration or too few samples."""
     entries = calibration_entries(read_attachment(run.log, "calibration.yaml").decode(errors="replace"), str(run.log))
-    rise, fall = (entries.quantities[f"sensor.{name}"].value for name in ("tau_rise", "tau_fall"))
+    rise, fall = (entries.need(f"sensor.{name}").value for name in ("tau_rise", "tau_fall"))
     blocks = [_element(run, entries, e) for e in range(entries.elements)]
     (folder / "gas.yaml").write_text(HEAD.format(title=run.title, rise=rise, fall=fall) + "".join(blocks), encoding="utf-8")
     return [folder / "gas.yaml"]
@@ -53,12 +53,12 @@ def write_kalibr(run: RunRecord, folder: Path) -> list[Path]:
 
 def _element(run: RunRecord, entries: CalibrationEntries, e: int) -> str:
     rate = rate_hz(stamps_s(sample for sample in run.samples if sample.element == e), f"samples of element {e}", run.log)
-    white_ppm2, shift_s = entries.quantities[f"sensor.element_{e}.R_white"].value, -entries.quantities["sensor.delay"].value
+    white_ppm2, shift_s = entries.need(f"sensor.element_{e}.R_white").value, -entries.need("sensor.delay").value
     if white_ppm2 < 0.0:
         raise BadInput(f"{run.log}: sensor.element_{e}.R_white is {white_ppm2:g} ppm^2, but a variance is 0 or more.")
     q_ppm2_s = _offset_walk(entries.document.get("filter"), e)
     return ELEMENT.format(
-        e=e, topic=json.dumps(f"/gas/{run.identity['sensor']}/sample"), rate_hz=yaml_number(rate),
+        e=e, topic=json.dumps(f"/gas/{run.identity.get('sensor', '')}/sample"), rate_hz=yaml_number(rate),
         density=yaml_number(math.sqrt(white_ppm2 / rate)),
         walk=NO_WALK if q_ppm2_s is None else WALK.format(walk=yaml_number(math.sqrt(q_ppm2_s))),
         shift_s=yaml_number(shift_s), place=_place(run),

@@ -57,7 +57,7 @@ def read_run(log: Path, watched: Callable[[Iterator[WorldSample]], Iterator[Worl
     arm = encoders(log, identity)
     noses = {
         ESTIMATE: _last_of_equal(track_over_time(read_odometry(log))),
-        DEAD_RECKONING: track_over_time([(t, p, None) for t, p in arm.noses(joints)] if arm else []),
+        DEAD_RECKONING: _last_of_equal(track_over_time([(t, p, None) for t, p in arm.noses(joints)] if arm else [])),
         TRUTH: track_over_time([(truth.t_ns, truth.nose_m, None) for truth in truths]),
     }
     true_source = track_over_time([(truth.t_ns, truth.source_m, None) for truth in truths])

@@ -62,6 +62,8 @@ def _readings(run: RunRecord) -> Table:
 def _joints(run: RunRecord) -> Table:
     """Position, velocity and acceleration of every moving joint, from the encoders: in rad, of a sliding joint in m."""
     names = run.identity.get("joints", "").split()
+    if any(len(state.q) != len(names) for state in run.joints):
+        raise BadInput(f"{run.log} names {len(names)} joints, but its joint states have another number. Give the log of an OIO run.")
     columns = {"t_s": np.array([seconds(state.t_ns) for state in run.joints])}
     for j, name in enumerate(names):
         unit = "m" if run.arm is not None and run.arm.chain.kinds[j] == SLIDE else "rad"

@@ -3,6 +3,7 @@
 The file is data: plain YAML, nothing in it is built or evaluated. Sections that are not known are left alone.
 """
 
+import contextlib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -49,6 +50,12 @@ class CalibrationEntries:
     facts: Mapping[str, str]
     document: Mapping[str, Any]
 
+    def need(self, key: str) -> Quantity:
+        """Return a quantity by its key; raises BadInput if the file does not have it."""
+        if key not in self.quantities:
+            raise BadInput(f"{self.name}: {key} is missing. {_EXAMPLE}")
+        return self.quantities[key]
+
     @property
     def joints(self) -> tuple[str, ...]:
         """Names of the joints, from the base."""
@@ -83,11 +90,11 @@ def calibration_entries(text: str, name: str, choices: Mapping[str, str] | None 
 
 
 def _choices(log: Path) -> dict[str, str]:
-    """What the log of the run knows beside the file: the names of sensor and profile."""
-    if not log.is_file():
-        return {}
-    known = read_metadata(log)
-    return {key: known[key] for key in ("sensor", "profile") if key in known}
+    """What the log of the run knows beside the file: the names of sensor and profile; nothing if there is no log that can be read."""
+    with contextlib.suppress(BadInput):
+        known = read_metadata(log)
+        return {key: known[key] for key in ("sensor", "profile") if key in known}
+    return {}
 
 
 def _document(text: str, name: str) -> dict[str, Any]:

@@ -1,6 +1,9 @@
 """Laws of comparing calibrations: with itself zero, swapped a change of sign, one specimen agrees, another differs."""
 
+import contextlib
+import copy
 import json
+import random
 
 import numpy as np
 import pytest
@@ -201,3 +204,32 @@ def test_bad_input(files, capsys, words, said):
     assert main([word.format(*files) for word in words]) == 2
     shown = capsys.readouterr()
     assert said in shown.err and shown.err.count("\n") == 1 and shown.out == ""
+
+
+def test_calibrations_without_a_quantity_are_refused(entries):
+    empty = {"schema": "oio.results.calibration/1", "sensor": {"a": 1}, "range_law": {"air": "all"}, "arm": {"pan": 1}}
+    with pytest.raises(BadInput, match="monday shares no quantity"):
+        compare([entries(empty), entries(empty)], JUDGED)
+
+
+def places(node, path=()):
+    """Every place in a document."""
+    for key, value in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
+        yield (*path, key)
+        yield from places(value, (*path, key))
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_a_spoilt_file_is_compared_or_refused(specimen, entries, seed):
+    made = specimen().calibrated(None)
+    rng = random.Random(seed)
+    spoilt = copy.deepcopy(made)
+    *way, last = rng.choice([place for place in places(made) if place[:2] != ("filter", "P0_prior_parameters") or rng.random() < 0.05])
+    node = spoilt
+    for key in way:
+        node = node[key]
+    node[last] = rng.choice([None, 0, -1, 1e300, 1e-300, float("nan"), "x", True, [], {}, {"value": 1}])
+    with contextlib.suppress(BadInput):
+        other = entries(spoilt, "friday")
+        for calibrations in ([entries(made), other], [other, entries(made)], [entries(made), other, entries(made)]):
+            assert verdict(compare(calibrations, ALL)).startswith(("agree", "differ"))

@@ -1,6 +1,7 @@
 """Tables: what pandas and PlotJuggler read; back from CSV and Parquet they are the log."""
 
 import csv
+import dataclasses
 import sys
 
 import numpy as np
@@ -102,3 +103,8 @@ def test_a_sliding_joint_is_in_metres(logged):
     made = tables(read_run(log))
     assert list(made["joints"]) == ["t_s", "pan_q_m", "pan_dq_m_s", "pan_ddq_m_s2"]
     assert made["tracks"]["dead_reckoning_x_m"].tolist() == [0.25]
+
+
+def test_a_log_that_names_other_joints_is_refused(record):
+    with pytest.raises(BadInput, match="names 1 joints, but its joint states have another number"):
+        tables(dataclasses.replace(record, identity={**record.identity, "joints": "pan"}))

@@ -120,7 +120,16 @@ def test_a_file_a_folder_and_what_is_neither(tmp_path):
     (tmp_path / "calibration.yaml").write_text(TEXT, encoding="utf-8")
     by_file, by_folder = read_calibration(tmp_path / "calibration.yaml"), read_calibration(tmp_path)
     assert by_file.quantities == by_folder.quantities
+    (tmp_path / "run.mcap").write_bytes(b"no log")  # it would only tell the names of sensor and profile
+    assert read_calibration(tmp_path).facts == by_file.facts
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
     for path in (tmp_path / "absent.yaml", tmp_path / "binary.yaml", tmp_path / "absent.mcap"):
         with pytest.raises(BadInput, match=path.name):
             read_calibration(path)
+
+
+def test_what_is_needed_and_missing_is_named():
+    entries = calibration_entries(TEXT, "monday")
+    assert entries.need("sensor.tau_rise").value == 2.5
+    with pytest.raises(BadInput, match=r"monday: sensor\.tau_fall is missing"):
+        entries.need("sensor.tau_fall")
