@@ -18,6 +18,7 @@ from oio.log import read_attachment, read_metadata
 SCHEMA = "oio.results.calibration/1"
 SECTIONS = ("sensor", "range_law", "arm", "type_a", "type_b")  # in which every mapping with a value is a quantity
 REQUIRED = SECTIONS[:3]
+HOLDS_FOR = ("sensor", "arm", "profile", "air")  # names of the choices that a file holds for, where it says so
 QUANTITIES = frozenset((
     "baseline", "gain", "R_white", "tau_rise", "tau_fall", "delay", "error",
     "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "offset", "drift", "u_a", "rms",
@@ -150,9 +151,10 @@ def _shown(given: object) -> str:
 
 
 def _facts(document: Mapping[str, Any]) -> dict[str, str]:
-    filter_ = document.get("filter")
+    filter_, held = document.get("filter"), document.get("holds_for")
     joints = [str(joint) for joint in document["arm"]]
     facts = {
+        **({name: held.get(name) for name in HOLDS_FOR} if isinstance(held, dict) else {}),
         "air form": document["range_law"].get("air"),
         "assembly": filter_.get("assembly") if isinstance(filter_, dict) else None,
         "elements": sum(str(key).startswith("element_") for key in document["sensor"]),

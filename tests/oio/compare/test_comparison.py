@@ -94,6 +94,14 @@ def test_another_air_is_said_and_decides_if_it_is_asked_to(specimen, entries):
     assert not compare([entries(made), other], ALL).agree
 
 
+def test_another_sensor_decides_and_another_air_is_said(specimen, entries):
+    made = specimen().calibrated(None)
+    one, other = (entries(made, holds_for={"sensor": sensor, "air": air}) for sensor, air in (("ec", "still"), ("ndir", "draft")))
+    found = compare([one, other], JUDGED)
+    assert found.facts == ("sensor is ec against ndir",) and found.remarks == ("air is still against draft",)
+    assert "differ: sensor is ec against ndir." in verdict(found) and "Not judged: air is still against draft" in verdict(found)
+
+
 def test_few_degrees_of_freedom_need_more(specimen, entries):
     """An offset of 4 readings is not flagged at 3.2 sd, one of 100 is."""
     made = specimen().calibrated(None)

@@ -63,6 +63,12 @@ def test_facts_are_what_has_no_uncertainty():
     assert facts == {"sensor": "ec", "air form": "isotropic", "assembly": "gum", "elements": "1", "dof": "1", "joints": "pan"}
 
 
+def test_what_a_file_holds_for_is_a_fact():
+    held = "holds_for: {sensor: ndir, arm: so101, profile: paper, air: still, joints: [pan]}\n"
+    facts = calibration_entries(TEXT + held, "monday", {"sensor": "ec"}).facts
+    assert [facts[name] for name in ("sensor", "arm", "profile", "air")] == ["ndir", "so101", "paper", "still"]
+
+
 def test_unknown_sections_and_fields_are_left_alone():
     plain = calibration_entries(TEXT, "monday")
     more = calibration_entries(changed("sensor", "serial", to="A-17") + "verdict: {word: PASS, value: .nan}\n", "monday")
