@@ -6,6 +6,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.experiment import Experiment
+from oio.cli.unread_keys import refuse_unread
 from oio.core.errors import BadInput
 from oio.results.calibration import Calibration, MapCalibration
 from oio.runtime.runner import Stage, check_order, result_type
@@ -22,6 +23,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     missing = sorted(OmegaConf.missing_keys(cfg))
     if missing:
         raise BadInput(f"{missing[0]} has no value. Type {missing[0]}=VALUE.")
+    refuse_unread(cfg)
     if cfg.assembly not in ASSEMBLIES:
         raise BadInput(f"assembly={cfg.assembly} was given, but assembly can be {' or '.join(ASSEMBLIES)}. Type e.g. assembly=gum.")
     if cfg.logging not in LOGGING:

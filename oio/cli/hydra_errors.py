@@ -11,6 +11,7 @@ from hydra.errors import CompactHydraException, InstantiationException, MissingC
 from omegaconf.errors import ConfigKeyError, InterpolationKeyError, OmegaConfBaseException
 
 from oio.cli.help import choices
+from oio.cli.known_keys import nearest, owner
 from oio.cli.renamed_keys import renamed
 from oio.core.errors import BadInput, OioError
 
@@ -59,7 +60,7 @@ def _paragraph(error: BaseException, conf: Path) -> str:
         if isinstance(cause, InterpolationKeyError):
             return _dangling(str(cause).split("'")[1], conf)
         if isinstance(cause, TypeError) and isinstance(error, InstantiationException):
-            return _wrong_keys(str(cause), _built_at(text))
+            return _wrong_keys(str(cause), _root_key(_built_at(text)), conf)
     typed = re.search(r"Could not override '([^']+)'", text)
     keyed = next((cause for cause in _causes(error) if isinstance(cause, AttributeError | ConfigKeyError)), None)
     key = typed[1] if typed else getattr(keyed, "full_key", None)
@@ -72,19 +73,26 @@ def _unknown_key(key: str, conf: Path) -> str:
         return f"stage= takes a list of at least one of {known}. Type e.g. stage=[warm_up,baseline]."
     if new := renamed(key):
         return _renamed(key, new)
-    if owner := _owner(key, conf):
-        chosen = f"{key.split('.')[0]}={owner}"
+    if choice := owner(key, conf):
+        group = key.split(".")[0]
+        chosen = f"stage=[...,{choice}]" if group == "stage" else f"{group}={choice}"
         return f"'{key}' is a key of {chosen} only. Type {chosen} {key}=VALUE."
-    return f"'{key}' is not a key of the configuration. {LIST_KEYS} To add a new one on purpose: +{key}=VALUE."
+    return f"'{key}' is not a key of the configuration.{_nearest(key, conf)} {LIST_KEYS}"
 
 
-def _wrong_keys(text: str, where: str) -> str:
+def _nearest(key: str, conf: Path) -> str:
+    """A sentence on the key that was probably meant; empty if none is like it."""
+    near = nearest(key, conf)
+    return f" The nearest is '{near}': type {near}=VALUE." if near else ""
+
+
+def _wrong_keys(text: str, where: str, conf: Path) -> str:
     """Python's words for arguments of a class: keys of a YAML that it does not know, or that it lacks."""
     unexpected = re.search(r"unexpected keyword argument '(\w+)'", text)
     if unexpected:
         key = f"{where}.{unexpected[1]}" if where else unexpected[1]
         new = renamed(key)
-        return _renamed(key, new) if new else f"'{key}' is not a key of its YAML. {LIST_KEYS}"
+        return _renamed(key, new) if new else f"'{key}' is not a key of its YAML.{_nearest(key, conf)} {LIST_KEYS}"
     absent = re.search(r"missing \d+ required keyword-only arguments?: (.+)", text)
     if absent:
         return f"{where} has no value for {absent[1]}. Give one on the command line or in its YAML."
@@ -132,15 +140,6 @@ def _root_key(full_key: str) -> str:
     parts = full_key.split(".")
     inner = parts[1:] if parts[0] == "backend" else parts[2:] if parts[0] == "stage" else []
     return ".".join(inner) if inner and inner[0] in SHARED else full_key
-
-
-def _owner(key: str, conf: Path) -> str | None:
-    """The choice of a group in whose YAML the key stands, e.g. `replay` for backend.log."""
-    group, _, rest = key.partition(".")
-    for path in sorted((conf / group).glob("*.yaml")):
-        if rest and re.search(rf"^{re.escape(rest.split('.')[0])}:", path.read_text(encoding="utf-8"), re.MULTILINE):
-            return path.stem
-    return None
 
 
 def _built_at(hydra_text: str) -> str:

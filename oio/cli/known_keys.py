@@ -1,0 +1,53 @@
+"""Keys of the configuration as a person can type them, from the files in `conf/`, and the nearest of them to one that does not exist."""
+
+import difflib
+import functools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+OF_OTHER_COMMANDS = ("bench.yaml", "emulate.yaml")
+NEAR, SAME_NAME = 0.6, 0.5  # least similarity (difflib's ratio) of a key, and of one whose last word is the same
+
+
+def nearest(key: str, conf: Path) -> str | None:
+    """Return the key that is most like `key`, e.g. stop.sd_m for stop.sd_mm; one with the same last word first. None if none is near."""
+    keys = [known for known in known_keys(conf) if not key.startswith(f"{known}.")]
+    same = [known for known in keys if known.rsplit(".", 1)[-1] == key.rsplit(".", 1)[-1]]
+    found = difflib.get_close_matches(key, same, 1, SAME_NAME) or difflib.get_close_matches(key, keys, 1, NEAR)
+    return found[0] if found else None
+
+
+def owner(key: str, conf: Path) -> str | None:
+    """Return the choice of a group in whose YAML the key stands, e.g. `replay` for backend.log; None if there is none."""
+    group, _, rest = key.partition(".")
+    choices = (path.stem for path in sorted((conf / group).glob("*.yaml")) if rest)
+    return next((choice for choice in choices if rest in _keys_of(conf / group / f"{choice}.yaml")), None)
+
+
+@functools.cache
+def known_keys(conf: Path) -> tuple[str, ...]:
+    """Return every key of every choice, e.g. stop.sd_m, and the names of groups; none that only passes on another key of its name."""
+    roots = [path for path in sorted(conf.glob("*.yaml")) if path.name not in OF_OTHER_COMMANDS]
+    keys = [f"{'' if path.stem == 'config' else f'{path.stem}.'}{key}" for path in roots for key in _keys_of(path)]
+    for group in sorted(path for path in conf.iterdir() if path.is_dir() and path.name != "experiment"):
+        keys += [group.name, *(f"{group.name}.{key}" for path in sorted(group.glob("*.yaml")) for key in _keys_of(path))]
+    return tuple(dict.fromkeys(keys))
+
+
+@functools.cache
+def _keys_of(path: Path) -> tuple[str, ...]:
+    document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return tuple(_leaves(document, "")) if isinstance(document, dict) else ()
+
+
+def _leaves(node: dict[Any, Any], prefix: str) -> Iterator[str]:
+    for key, value in node.items():
+        if key in ("_target_", "defaults", "hydra") or value == f"${{{key}}}":
+            continue
+        if isinstance(value, dict) and value and all(isinstance(inner, str) for inner in value):
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"

@@ -1,0 +1,164 @@
+"""Reader of calibration.yaml: its quantities by dotted key, e.g. `sensor.element_1.gain`, validated, and what stands beside them.
+
+The file is data: plain YAML, nothing in it is built or evaluated. Sections that are not known are left alone.
+"""
+
+import contextlib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from oio.core.errors import BadInput
+from oio.log import read_attachment, read_metadata
+
+SCHEMA = "oio.results.calibration/1"
+SECTIONS = ("sensor", "range_law", "arm", "type_a", "type_b")  # in which every mapping with a value is a quantity
+REQUIRED = SECTIONS[:3]
+HOLDS_FOR = ("sensor", "arm", "profile", "air")  # names of the choices that a file holds for, where it says so
+QUANTITIES = frozenset((
+    "baseline", "gain", "R_white", "tau_rise", "tau_fall", "delay", "error",
+    "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "offset", "drift", "u_a", "rms",
+))  # fmt: skip
+_LARGEST = 1e100  # its square is finite, too
+_LOOKS_LIKE_ONE = frozenset(("value", "u", "unit"))
+_EXAMPLE = "Give the calibration.yaml of a run, or its folder, e.g. outputs/2026-01-31/12-00-00."
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One quantity: value and standard uncertainty u >= 0 in `unit`; dof: degrees of freedom of u, infinite where u is taken as known."""
+
+    key: str
+    value: float
+    u: float
+    unit: str
+    dof: float
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationEntries:
+    """A calibration file: quantities by dotted key in the order of the file, and `facts`, its categorical entries by name.
+
+    `document` is the whole file as plain data, for what has no uncertainty of its own.
+    """
+
+    name: str
+    quantities: Mapping[str, Quantity]
+    facts: Mapping[str, str]
+    document: Mapping[str, Any]
+
+    def need(self, key: str) -> Quantity:
+        """Return a quantity by its key; raises BadInput if the file does not have it."""
+        if key not in self.quantities:
+            raise BadInput(f"{self.name}: {key} is missing. {_EXAMPLE}")
+        return self.quantities[key]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, from the base."""
+        return tuple(self.document["arm"])
+
+    @property
+    def elements(self) -> int:
+        """Number of sensor elements."""
+        return sum(str(key).startswith("element_") for key in self.document["sensor"])
+
+
+def read_calibration(path: Path) -> CalibrationEntries:
+    """Read calibration.yaml, that of a run folder, or that attached to a log. Raises BadInput with the full key of what is wrong."""
+    run = path if path.is_dir() else path.parent
+    file = path / "calibration.yaml" if path.is_dir() else path
+    if file.suffix == ".mcap":
+        return calibration_entries(read_attachment(file, "calibration.yaml").decode(), str(path), _choices(file))
+    if not file.is_file():
+        raise BadInput(f"{file} was given as a calibration, but there is no such file. {_EXAMPLE}")
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise BadInput(f"{file} was given as a calibration, but it is no text. {_EXAMPLE}") from None
+    return calibration_entries(text, str(path), _choices(run / "run.mcap") if file.name == "calibration.yaml" else {})
+
+
+def calibration_entries(text: str, name: str, choices: Mapping[str, str] | None = None) -> CalibrationEntries:
+    """Return the entries of a file given as text; `name` is what errors call it, `choices` are facts known from elsewhere."""
+    document = _document(text, name)
+    found = {quantity.key: quantity for section in SECTIONS for quantity in _quantities(document.get(section), section, name)}
+    return CalibrationEntries(name, found, {**(choices or {}), **_facts(document)}, document)
+
+
+def _choices(log: Path) -> dict[str, str]:
+    """What the log of the run knows beside the file: the names of sensor and profile; nothing if there is no log that can be read."""
+    with contextlib.suppress(BadInput):
+        known = read_metadata(log)
+        return {key: known[key] for key in ("sensor", "profile") if key in known}
+    return {}
+
+
+def _document(text: str, name: str) -> dict[str, Any]:
+    try:
+        aliased = any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader))
+        document = None if aliased else yaml.safe_load(text)  # an alias may name what it stands in
+    except (yaml.YAMLError, RecursionError, ValueError) as error:  # ValueError: a date that is none
+        raise BadInput(f"{name} is no plain YAML: {' '.join(str(error).split())}. {_EXAMPLE}") from None
+    if aliased:
+        raise BadInput(f"{name} has aliases (*), which no calibration has. {_EXAMPLE}")
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        given = document.get("schema", "none") if isinstance(document, dict) else "none"
+        raise BadInput(f"{name} has schema {given}, but a calibration has schema {SCHEMA}. {_EXAMPLE}")
+    for section in REQUIRED:
+        if not isinstance(document.get(section), dict) or not document[section]:
+            raise BadInput(f"{name}: section '{section}' is {_shown(document.get(section))}, but it must hold quantities. {_EXAMPLE}")
+    return document
+
+
+def _quantities(node: object, key: str, name: str) -> Iterator[Quantity]:
+    if isinstance(node, dict) and (_LOOKS_LIKE_ONE & node.keys() or key.rsplit(".", 1)[-1] in QUANTITIES):
+        yield _quantity(node, key, name)
+    elif isinstance(node, dict):
+        for inner, below in node.items():
+            yield from _quantities(below, f"{key}.{inner}", name)
+    elif isinstance(node, list) and key == "type_a":
+        for rung in node:
+            yield from _quantities(rung, f"{key}.rung_{rung.get('rung')}" if isinstance(rung, dict) else key, name)
+    elif key.rsplit(".", 1)[-1] in QUANTITIES:
+        raise BadInput(f"{name}: {key} is {_shown(node)}, but a quantity has value, u and unit, e.g. {{value: 1.2, u: 0.1, unit: ppm}}.")
+
+
+def _quantity(node: Mapping[str, Any], key: str, name: str) -> Quantity:
+    unit = node.get("unit")
+    if not isinstance(unit, str) or not unit:
+        raise BadInput(f"{name}: {key}.unit is {_shown(unit)}, but a quantity has a unit as text, e.g. ppm, or '1' for a plain number.")
+    u, dof = _number(node.get("u"), f"{key}.u", name, "0 or more"), node.get("dof")
+    known = math.inf if dof is None else _number(dof, f"{key}.dof", name, "0 or more, or null if u is taken as known")
+    return Quantity(key, _number(node.get("value"), f"{key}.value", name, ""), u, unit, known)
+
+
+def _number(given: object, key: str, name: str, bound: str) -> float:
+    """A finite number; with a `bound` in words it is also not negative."""
+    allowed = f"a finite number{', ' if bound else ''}{bound}"
+    number = given if isinstance(given, int | float) and not isinstance(given, bool) else math.nan
+    if not -_LARGEST <= number <= _LARGEST or (bound and number < 0):
+        raise BadInput(f"{name}: {key} is {_shown(given)}, but it must be {allowed}.")
+    return float(number)
+
+
+def _shown(given: object) -> str:
+    return "missing" if given is None else f"{given!r:.60}"
+
+
+def _facts(document: Mapping[str, Any]) -> dict[str, str]:
+    filter_, held = document.get("filter"), document.get("holds_for")
+    joints = [str(joint) for joint in document["arm"]]
+    facts = {
+        **({name: held.get(name) for name in HOLDS_FOR} if isinstance(held, dict) else {}),
+        "air form": document["range_law"].get("air"),
+        "assembly": filter_.get("assembly") if isinstance(filter_, dict) else None,
+        "elements": sum(str(key).startswith("element_") for key in document["sensor"]),
+        "dof": len(joints),
+        "joints": ", ".join(joints),
+    }
+    return {key: str(fact) for key, fact in facts.items() if fact is not None}
