@@ -15,7 +15,7 @@ from oio.inference.prior import Nominal, Prior, calibrated_prior, cold_prior, no
 from oio.inference.process_noise import ProcessNoise
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, Calibration, Kept
-from oio.results.kept_calibration import KeptCalibration, read_calibration
+from oio.results.kept_calibration import KeptCalibration, read_kept
 from oio.runtime.context import Context
 
 JOINTS = ("nominal", "kept")
@@ -27,7 +27,7 @@ class LoadCalibration:
     are as uncertain as before calibration, unless the arm was not switched off since (`joints: kept`)."""
 
     needs: ClassVar[tuple[type, ...]] = ()
-    path: str
+    path: str | None  # None: no calibration= was typed, and the stage is in no run
     assembly: str
     joints: str
     arm: Arm
@@ -41,6 +41,8 @@ class LoadCalibration:
         if self.joints not in JOINTS:
             given = f"load_calibration.joints is '{self.joints}'"
             raise BadInput(f"{given}, but it can be {' or '.join(JOINTS)}. Type load_calibration.joints={JOINTS[0]}.")
+        if self.path is None:
+            return
         kept, elements = self.kept, self.nominal.elements
         if kept.holds_for["sensor"] != self.holds_for["sensor"] or len(kept.baselines) != elements:
             made = f"{self.path} holds for sensor={kept.holds_for['sensor']} with {len(kept.baselines)} elements"
@@ -50,7 +52,8 @@ class LoadCalibration:
     @cached_property
     def kept(self) -> KeptCalibration:
         """The file, read once."""
-        return read_calibration(self.path, self.arm, self.range_law)
+        assert self.path is not None  # `build` sees to it
+        return read_kept(self.path, self.arm, self.range_law)
 
     def run(self, context: Context) -> Calibration:
         """Raises nothing: the file was checked when the stage was built."""
@@ -65,7 +68,7 @@ class LoadCalibration:
         context.log.progress(context.world.t_ns, f"calibration={self.path}", " ".join(remarks) or "fits this run")
         return Calibration(
             priors[self.assembly], priors["paper"], self._cold(), self._cold(pinned=False), kept.noises[self.assembly], kept.time_s,
-            kept.error_ppm, kept.u_a_ppm, kept.u_b_m, kept.moves, baselines or kept.baselines, Kept(self.path, kept.verdict, remarks),
+            kept.error_ppm, kept.u_a_ppm, kept.u_b_m, kept.moves, baselines or kept.baselines, Kept(kept.file, kept.verdict, remarks),
         )  # fmt: skip
 
     def _cold(self, pinned: bool = True) -> Prior:

@@ -39,7 +39,7 @@ VARIANTS = ["cold", "cold_open", "calibrated", "calibrated_paper_assembly"]
 SUMMARY = IDENTITY | {
     *("schema", "source_position_m", "calibration", *VARIANTS, "dead_reckoning", "bound_m", "bound_ratio"),
     *("posterior_bound_m", "posterior_bound_ratio"),
-    *("verdict", "reasons", "scored", "simulated_s", "wall_s"),
+    *("verdict", "verdicts", "reasons", "criteria", "scored", "simulated_s", "wall_s"),
 }
 OUTCOME = {
     *("source_error_m", "nose_error_m", "nees_source", "inside_95", "nis_mean", "moves", "time_s", "found"),
@@ -67,7 +67,7 @@ class Left:
 
 def command(out, *words):
     """The command as a person types it."""
-    line = [sys.executable, "-m", "oio.run", *words, f"hydra.run.dir={out}"]
+    line = [sys.executable, "-m", "oio.run", *words, "report=false", f"hydra.run.dir={out}"]
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     return Left(out, done.returncode, done.stdout, done.stderr)
 
@@ -247,7 +247,7 @@ def quantities(node, path=""):
 def test_every_quantity_has_value_uncertainty_unit_freedom_and_method(made):
     document = made.yaml("calibration.yaml")
     assert document["schema"] == "oio.results.calibration/1"
-    found = dict(quantities(without(document, "paper_values")))
+    found = dict(quantities(without(document, "paper_values", "verdict")))
     assert len(found) > 15
     for path, quantity in found.items():
         assert set(quantity) == {"value", "u", "unit", "dof", "method"}, path
@@ -301,7 +301,7 @@ def test_the_metadata_tells_what_it_was(made):
     assert about["schema_version"] == "1"
     assert {key: about[key] for key in IDENTITY} == {key: str(made.summary[key]) for key in IDENTITY}
     assert about["config"] == (made.path / "config.yaml").read_text(encoding="utf-8")
-    assert json.loads(about["overrides"]) == list(TINY)
+    assert json.loads(about["overrides"]) == [*TINY, "report=false"]
     versions = json.loads(about["versions"])
     assert {"oio", "python", "numpy", "scipy", "mujoco", "filterpy", "mcap"} <= set(versions)
     assert versions["numpy"] == np.__version__
@@ -450,8 +450,8 @@ def test_stages_left_out_give_null(tmp_path):
     assert short.code == 0 and set(summary) == SUMMARY
     assert [summary[key] for key in ("calibration", *VARIANTS, "bound_m", "simulated_s", "source_position_m", "scored")] == [None] * 9
     assert summary["dead_reckoning"] == {"nose_error_m": None}
-    assert summary["verdict"] == "WARN" and "'evaluate' was left out" in summary["reasons"][0]
-    assert not (short.path / "calibration.yaml").exists()
+    assert [c["name"] for c in summary["criteria"]] == ["warm_up", "baseline", "noise"] and set(summary["verdicts"]) == {"calibration"}
+    assert short.yaml("calibration.yaml")["schema"] == "oio.results.baseline/1"
 
 
 def test_the_order_that_ran_is_the_order_that_was_checked(made, built):

@@ -52,6 +52,8 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
 def _stages(cfg: DictConfig) -> dict[str, Stage]:
     """The stages in order; with calibration=FILE the one that loads it comes before the first that needs a calibration."""
     stages = {name: _built(node) for name, node in (cfg.stage or {}).items()}
+    if cfg.calibration is None and LOADS in stages:
+        raise BadInput(f"stage '{LOADS}' was given, but no calibration. Type calibration=RUN/calibration.yaml, of an earlier run.")
     if cfg.calibration is None or LOADS in stages:
         return stages
     makes = [name for name, stage in stages.items() if result_type(stage) in (MapCalibration, Calibration)]
@@ -69,7 +71,7 @@ def _built(node: DictConfig) -> Any:
     if text not in _BUILT:
         while len(_BUILT) >= BUILT_AT_MOST:
             del _BUILT[next(iter(_BUILT))]
-        _BUILT[text] = instantiate(node)
+        _BUILT[text] = instantiate(node, _convert_="all")
     return _BUILT[text]
 
 

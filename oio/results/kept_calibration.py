@@ -40,7 +40,7 @@ class KeptCalibration:
     moves: int
 
 
-def read_calibration(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
+def read_kept(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
     """Read and check a calibration.yaml. Raises BadInput where it cannot be read, is not whole, or was made with other joints or another
     reference distance."""
     text = _text(path)

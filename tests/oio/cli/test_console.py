@@ -54,7 +54,7 @@ def test_the_sweep_has_its_units_and_names(capsys):
 def test_the_score_stands_apart_from_the_verdict(capsys):
     show_summary({**document(OUTCOME), "scored": {"word": "WRONG", "reasons": ["far off."]}}, "runs/1")
     said = capsys.readouterr().out
-    assert "verdict WARN, from what a bench can see\n  - no [sense] in it.\nscored WRONG, against the truth" in said and "far off." in said
+    assert "verdict WARN: from what a bench can see\n  - no [sense] in it.\nscored WRONG, against the truth" in said and "far off." in said
     show_summary({**document(OUTCOME), "scored": {"word": "unknown", "reasons": []}}, "runs/1")
     assert "scored" not in capsys.readouterr().out
 
