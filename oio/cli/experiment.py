@@ -2,14 +2,13 @@
 
 import json
 import platform
-import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
 
 from oio import __version__
-from oio.core.folders import ROOT
+from oio.cli import git_state
 from oio.core.interfaces import Backend, Sensor
 from oio.kinematics.arm import Arm
 from oio.runtime.runner import Stage
@@ -41,7 +40,7 @@ class Experiment:
         versions = {"oio": __version__, "python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
         return {
             **named, "config": self.config_yaml, "overrides": json.dumps(self.overrides),
-            "versions": json.dumps(versions), "git": _git_state(), "clock": "simulated or device seconds since the world opened",
+            "versions": json.dumps(versions), "git": git_state.commit(), "clock": "simulated or device seconds since the world opened",
         }  # fmt: skip
 
 
@@ -50,10 +49,3 @@ def _version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"
-
-
-def _git_state() -> str:
-    if not (ROOT / ".git").exists():
-        return "no git"
-    told = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=40"], cwd=ROOT, capture_output=True, text=True, check=False)
-    return told.stdout.strip() or "no commit"
