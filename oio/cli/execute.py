@@ -9,6 +9,7 @@ from typing import Any
 
 from oio.cli.console import StageLines
 from oio.cli.experiment import Experiment
+from oio.cli.reproducible import devices_of, provenance, reproducible
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
 from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
@@ -17,7 +18,7 @@ from oio.core.interfaces import World
 from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
 from oio.results.calibration import Calibration
-from oio.results.summary import Evaluation, summary, to_json
+from oio.results.summary import Evaluation, Reproducible, summary, to_json
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
 from oio.runtime.runner import check_order, run_stages
 
@@ -40,7 +41,8 @@ def execute(
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
             (out / name).write_text(text, encoding="utf-8")
         try:
-            document = _summary(experiment, _stages(experiment, world, out, quiet, begun, keep), time.monotonic() - began)
+            results = _stages(experiment, world, out, quiet, begun, keep)
+            document = _summary(experiment, results, time.monotonic() - began, reproducible(devices_of(world)))
             write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupt.asked():
@@ -56,22 +58,27 @@ def _stages(
     experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
 ) -> dict[type, object]:
     arm, lines = experiment.arm, StageLines(quiet)
-    with _log(experiment, out) as log, lines:
+    with _log(experiment, out, devices_of(world)) as log, lines:
         log.watchers.append(lines)
         return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
 
 
-def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:
+def _log(experiment: Experiment, out: Path, devices: Mapping[str, str | None]) -> AbstractContextManager[RunLog]:
     if not experiment.logged:
         return nullcontext(MemoryLog())
     attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(experiment.arm.path)}
+    metadata = {**experiment.about(), **provenance(devices)}
     return RunLog.create(
-        out / "run.mcap", sensor=experiment.sensor.name, joints=experiment.arm.names, metadata=experiment.about(), attachments=attachments
+        out / "run.mcap",
+        sensor=experiment.sensor.name,
+        joints=experiment.arm.names,
+        metadata=metadata,
+        attachments=attachments,
     )
 
 
-def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float) -> dict[str, Any]:
+def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float, judged: Reproducible) -> dict[str, Any]:
     calibration, found = results.get(Calibration), results.get(Evaluation)
     assert calibration is None or isinstance(calibration, Calibration)
     assert found is None or isinstance(found, Evaluation)
-    return summary(experiment.identity, calibration, found, wall_s)
+    return summary(experiment.identity, calibration, found, wall_s, judged)

@@ -2,7 +2,8 @@
 
 import functools
 import re
-from importlib import metadata
+import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from oio.core.folders import ROOT
@@ -19,8 +20,9 @@ def differing(lock: Path = LOCK) -> tuple[str, ...] | None:
     """
     if not lock.is_file():
         return None
-    found = ((name, _installed(name), versions) for name, versions in pinned(lock).items())
-    return tuple(f"{name} {have}, locked {' or '.join(versions)}" for name, have, versions in found if have and have not in versions)
+    allowed = pinned(lock)
+    installed = _installed(allowed).items()
+    return tuple(f"{name} {have}, locked {' or '.join(allowed[name])}" for name, have in installed if have not in allowed[name])
 
 
 def pinned(lock: Path) -> dict[str, list[str]]:
@@ -31,8 +33,15 @@ def pinned(lock: Path) -> dict[str, list[str]]:
     return versions
 
 
-def _installed(name: str) -> str | None:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return None
+def _installed(names: Iterable[str]) -> dict[str, str]:
+    """Versions of the packages that are installed, by the names of their folders: importlib.metadata parses a file for each (70 ms)."""
+    folders = [path for place in sys.path for path in sorted(Path(place or ".").glob("*.dist-info"))]
+    found: dict[str, str] = {}
+    for folder in folders:
+        name, _, version = folder.name.removesuffix(".dist-info").partition("-")
+        found.setdefault(_normal(name), version)  # of two the first on the path is imported
+    return {name: found[_normal(name)] for name in names if _normal(name) in found}
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "_", name).lower()

@@ -1,13 +1,16 @@
-"""Overrides of a replay: those of the log come first, as data."""
+"""Overrides that a log was made with, as data; those of a replay come first."""
 
 import json
 import re
+from collections.abc import Collection
 from pathlib import Path
 
 from oio.cli.renamed_keys import modernised
 from oio.log import read_metadata
 
-PLAIN = re.compile(r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")  # an override from a log is data: a plain word, number or list, nothing else
+# An override from a log is data: a plain word, number or list, and nothing else; with a plus a choice is added.
+PLAIN = re.compile(r"\+{0,2}[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")
+OF_A_WORLD = ("backend", "recording")  # groups of which a replay has its own
 
 
 def replayed(arguments: list[str]) -> list[str]:
@@ -15,15 +18,24 @@ def replayed(arguments: list[str]) -> list[str]:
     log = next((a.split("=", 1)[1] for a in arguments if a.startswith("backend.log=")), None)
     if "backend=replay" not in arguments or log is None:
         return arguments
-    given = {a.split("=", 1)[0] for a in arguments}
-    logged = json.loads(read_metadata(Path(log)).get("overrides", "[]"))
-    return [*(a for a in map(modernised, filter(_is_plain, logged)) if _may_pass(a, given)), *arguments]
+    words = logged(Path(log), but=arguments, without=OF_A_WORLD)
+    return [*(word for word in words if not word.startswith("+")), *arguments]  # an experiment that is added may turn a run into a sweep
+
+
+def logged(log: Path, but: Collection[str] = (), without: Collection[str] = ()) -> list[str]:
+    """Return the plain overrides that a log was made with, but those whose keys are overridden again or in groups `without`."""
+    given = {_key(word) for word in but}
+    words = json.loads(read_metadata(log).get("overrides", "[]"))
+    return [word for word in map(modernised, filter(_is_plain, words)) if _may_pass(_key(word), given, (*without, "hydra"))]
 
 
 def _is_plain(override: object) -> bool:
     return isinstance(override, str) and PLAIN.fullmatch(override) is not None
 
 
-def _may_pass(override: str, given: set[str]) -> bool:
-    key = override.split("=", 1)[0]
-    return key not in given and key.split(".")[0] not in ("backend", "recording", "hydra") and key[0] != "_" and "_target_" not in key
+def _may_pass(key: str, given: Collection[str], without: Collection[str]) -> bool:
+    return key not in given and key.split(".")[0] not in without and key[0] != "_" and "_target_" not in key
+
+
+def _key(override: str) -> str:
+    return override.split("=", 1)[0].lstrip("+")

@@ -69,6 +69,14 @@ class Scored:
     reasons: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Reproducible:
+    """Whether a run may be called reproducible (`yes` or `no`), and the reasons for a no."""
+
+    word: str
+    reasons: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """All results of the `evaluate` stage."""
@@ -100,9 +108,15 @@ class Evaluation:
         return None if error is None or not bound_m else error / bound_m
 
 
-def summary(identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, wall_s: float) -> dict[str, object]:
+def summary(
+    identity: dict[str, object],
+    calibration: Calibration | None,
+    found: Evaluation | None,
+    wall_s: float,
+    reproducible: Reproducible | None = None,
+) -> dict[str, object]:
     """Return the document. `identity`: sensor, profile, dof, backend, air, world, ekf, assembly, seed. Stages that did
-    not run give null."""
+    not run give null, as does a `reproducible` that nobody asked for (benchmarks)."""
     return {
         "schema": SCHEMA,
         **identity,
@@ -120,6 +134,7 @@ def summary(identity: dict[str, object], calibration: Calibration | None, found:
         "verdict": found.verdict.word if found else "WARN",
         "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was judged."],
         "scored": {"word": found.scored.word, "reasons": list(found.scored.reasons)} if found else None,
+        "reproducible": {"word": reproducible.word, "reasons": list(reproducible.reasons)} if reproducible else None,
         "simulated_s": found.simulated_s if found else None,
         "wall_s": round(wall_s, 3),
     }

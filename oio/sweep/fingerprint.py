@@ -21,6 +21,7 @@ NO_RESULT = (
     "oio/bench",
     "oio/doctor",
     "oio/figures",
+    "oio/reproduce",
     "oio/sweep",
     "oio/testing",
     "hardware/doctor",
