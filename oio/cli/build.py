@@ -7,6 +7,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.experiment import Experiment
 from oio.core.errors import BadInput
+from oio.procedure.procedure import Procedure
 from oio.runtime.runner import check_order
 
 ASSEMBLIES = ("gum", "paper")
@@ -37,10 +38,22 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     experiment = Experiment(
         arm=_built(cfg.arm), sensor=_built(cfg.sensor), backend=_built(cfg.backend), stages=stages,
         identity=identity,
+        procedure=procedure_of(cfg, list(stages)),
         config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides, logged=cfg.logging == "full",
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment
+
+
+def procedure_of(cfg: DictConfig, stages: list[str]) -> Procedure | None:
+    """Build the protocol of a run of these stages; None without one. Raises BadInput for a step at another stage."""
+    if cfg.get("protocol") is None:
+        return None
+    made = instantiate(cfg.protocol, _convert_="all")  # a list of OmegaConf would make configurations of its steps again
+    if not isinstance(made, Procedure):
+        raise BadInput("protocol has another _target_ than oio.procedure.procedure.Procedure. Type e.g. protocol=bench.")
+    made.check_stages(stages)
+    return made
 
 
 def _built(node: DictConfig) -> Any:

@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
+from oio.cli.attendant import performance
 from oio.cli.console import StageLines
 from oio.cli.experiment import Experiment
 from oio.cli.reproducible import devices_of, provenance, reproducible
@@ -17,6 +18,7 @@ from oio.core.errors import OioError
 from oio.core.interfaces import World
 from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
+from oio.procedure.performance import Performance
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, Reproducible, summary, to_json
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
@@ -34,6 +36,9 @@ def execute(
     """
     check_order(experiment.stages)
     refuse_used(out)
+    lines = StageLines(quiet)
+    performed = performance(experiment.procedure, quiet, lines.paused)
+    shared = None if performed else shared  # what a person did for one run, nobody did for another
     began = time.monotonic()
     keep = shared.keep if shared is not None and resumable(experiment.backend) else None
     begun = None if shared is None else shared.begin(experiment)
@@ -41,8 +46,8 @@ def execute(
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
             (out / name).write_text(text, encoding="utf-8")
         try:
-            results = _stages(experiment, world, out, quiet, begun, keep)
-            document = _summary(experiment, results, time.monotonic() - began, reproducible(devices_of(world)))
+            results = _stages(experiment, world, out, lines, performed, begun, keep)
+            document = _summary(experiment, results, performed, time.monotonic() - began, reproducible(devices_of(world)))
             write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupt.asked():
@@ -55,12 +60,13 @@ def execute(
 
 
 def _stages(
-    experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
-) -> dict[type, object]:
-    arm, lines = experiment.arm, StageLines(quiet)
+    experiment: Experiment, world: World, out: Path, lines: StageLines, performed: Performance | None, begun: Checkpoint | None,
+    keep: Keep | None,
+) -> dict[type, object]:  # fmt: skip
+    arm, stages, sensor = experiment.arm, experiment.stages, experiment.sensor
     with _log(experiment, out, devices_of(world)) as log, lines:
         log.watchers.append(lines)
-        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
+        return run_stages(stages, world, arm, log, out, experiment.seed, sensor.highest_raw, begun, keep, performed)
 
 
 def _log(experiment: Experiment, out: Path, devices: Mapping[str, str | None]) -> AbstractContextManager[RunLog]:
@@ -68,17 +74,15 @@ def _log(experiment: Experiment, out: Path, devices: Mapping[str, str | None]) -
         return nullcontext(MemoryLog())
     attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(experiment.arm.path)}
     metadata = {**experiment.about(), **provenance(devices)}
-    return RunLog.create(
-        out / "run.mcap",
-        sensor=experiment.sensor.name,
-        joints=experiment.arm.names,
-        metadata=metadata,
-        attachments=attachments,
-    )
+    names = experiment.arm.names
+    return RunLog.create(out / "run.mcap", sensor=experiment.sensor.name, joints=names, metadata=metadata, attachments=attachments)
 
 
-def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float, judged: Reproducible) -> dict[str, Any]:
+def _summary(
+    experiment: Experiment, results: Mapping[type, object], performed: Performance | None, wall_s: float, judged: Reproducible
+) -> dict[str, Any]:
     calibration, found = results.get(Calibration), results.get(Evaluation)
     assert calibration is None or isinstance(calibration, Calibration)
     assert found is None or isinstance(found, Evaluation)
-    return summary(experiment.identity, calibration, found, wall_s, judged)
+    protocol = None if performed is None else performed.document
+    return summary(experiment.identity, calibration, found, wall_s, judged, protocol)

@@ -11,6 +11,7 @@ from oio import __version__
 from oio.cli import git_state
 from oio.core.interfaces import Backend, Sensor
 from oio.kinematics.arm import Arm
+from oio.procedure.procedure import Procedure
 from oio.runtime.runner import Stage
 
 PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
@@ -27,6 +28,7 @@ class Experiment:
     identity: dict[str, Any]
     config_yaml: str
     overrides: list[str]
+    procedure: Procedure | None = None  # the protocol of a laboratory
     logged: bool = True  # to run.mcap; else nothing of the run is kept but its numbers
 
     @property

@@ -10,6 +10,7 @@ from oio.log import read_metadata
 
 # An override from a log is data: a plain word, number or list, and nothing else; with a plus a choice is added.
 PLAIN = re.compile(r"\+{0,2}[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")
+ANSWERS = "protocol.answers"
 OF_A_WORLD = ("backend", "recording")  # groups of which a replay has its own
 
 
@@ -26,7 +27,20 @@ def logged(log: Path, but: Collection[str] = (), without: Collection[str] = ()) 
     """Return the plain overrides that a log was made with, but those whose keys are overridden again or in groups `without`."""
     given = {_key(word) for word in but}
     words = json.loads(read_metadata(log).get("overrides", "[]"))
-    return [word for word in map(modernised, filter(_is_plain, words)) if _may_pass(_key(word), given, (*without, "hydra"))]
+    passed = [word for word in map(modernised, filter(_is_plain, words)) if _may_pass(_key(word), given, (*without, "hydra"))]
+    return [*(word for word in passed if _key(word) != ANSWERS), *_answers(log, passed, given)]
+
+
+def _answers(log: Path, words: Collection[str], given: Collection[str]) -> list[str]:
+    """Let the log answer the protocol that it was made with: nobody is asked again."""
+    if ANSWERS in given or "protocol" not in map(_key, words):
+        return []
+    return [f"{ANSWERS}={quoted(log.resolve())}"]
+
+
+def quoted(path: Path) -> str:
+    """Return a path as a value of an override."""
+    return "'" + str(path).replace("'", "\\'") + "'"
 
 
 def _is_plain(override: object) -> bool:

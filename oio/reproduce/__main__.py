@@ -35,7 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("words", nargs="*", metavar="KEY=VALUE", help="what its log cannot give, such as paths: arm.homing=homing.json")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="of the new run (default: RUN_again)")
     parser.add_argument("--config-dir", type=Path, metavar="FOLDER", help="the choices of your own that the run was made with")
-    given = parser.parse_args(arguments)
+    given = parser.parse_intermixed_args(arguments)
     interrupt.listen()
     equal: list[bool] = []
     code = run_command(lambda: equal.append(_reproduce(given)))

@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 from oio.cli.build import build
 from oio.cli.compose import compose
 from oio.cli.experiment import Experiment
-from oio.cli.replay_overrides import OF_A_WORLD, logged
+from oio.cli.replay_overrides import ANSWERS, OF_A_WORLD, logged, quoted
 from oio.core.errors import BadInput
 from oio.reproduce.original import Original
 
@@ -22,11 +22,11 @@ def experiment_again(made: Original, words: Sequence[str], places: tuple[str, ..
     Overrides of the log are data, and what is built is what conf/ names. `words` come after them; `places` are further configuration.
     """
     without = () if made.simulated else OF_A_WORLD
-    replay = [] if made.simulated else ["backend=replay", "backend.log='" + str(made.log.resolve()).replace("'", "\\'") + "'"]
+    replay = [] if made.simulated else ["backend=replay", f"backend.log={quoted(made.log.resolve())}"]
     overrides = [*logged(made.log, but=words, without=without), *words, *replay]
     composed = compose(overrides, places)
     now = OmegaConf.to_container(composed.cfg, resolve=True)
-    return build(composed.cfg, composed.choices, overrides), differing_keys(logged_configuration(made), now, without)
+    return build(composed.cfg, composed.choices, overrides), differing_keys(logged_configuration(made), now, (*without, ANSWERS))
 
 
 def logged_configuration(made: Original) -> Any:
@@ -38,9 +38,9 @@ def logged_configuration(made: Original) -> Any:
 
 
 def differing_keys(before: Any, now: Any, without: Sequence[str]) -> list[str]:
-    """Return `KEY BEFORE -> NOW` of the leaves that differ, but those in groups `without`."""
+    """Return `KEY BEFORE -> NOW` of the leaves that differ, but those `without` and below them."""
     old, new = dict(_leaves(before)), dict(_leaves(now))
-    keys = [key for key in {**old, **new} if key.split(".")[0] not in without]
+    keys = [key for key in {**old, **new} if not any(key == other or key.startswith(f"{other}.") for other in without)]
     return [f"{key} {old.get(key, NOWHERE)} -> {new.get(key, NOWHERE)}" for key in keys if old.get(key, NOWHERE) != new.get(key, NOWHERE)]
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from oio.inference.map_fit import CALIBRATED
@@ -114,9 +115,11 @@ def summary(
     found: Evaluation | None,
     wall_s: float,
     reproducible: Reproducible | None = None,
+    protocol: Mapping[str, object] | None = None,
 ) -> dict[str, object]:
     """Return the document. `identity`: sensor, profile, dof, backend, air, world, ekf, assembly, seed. Stages that did
-    not run give null, as does a `reproducible` that nobody asked for (benchmarks)."""
+    not run give null, as does a `reproducible` that nobody asked for (benchmarks) and the
+    `protocol` of a run without one."""
     return {
         "schema": SCHEMA,
         **identity,
@@ -135,6 +138,7 @@ def summary(
         "reasons": list(found.verdict.reasons) if found else ["stage 'evaluate' was left out: nothing was judged."],
         "scored": {"word": found.scored.word, "reasons": list(found.scored.reasons)} if found else None,
         "reproducible": {"word": reproducible.word, "reasons": list(reproducible.reasons)} if reproducible else None,
+        "protocol": protocol,
         "simulated_s": found.simulated_s if found else None,
         "wall_s": round(wall_s, 3),
     }
