@@ -19,6 +19,7 @@ from oio.cli.exit_codes import run_command
 from oio.cli.plugins import FOLDER, absolute, plugin_packages
 from oio.cli.run import check_packages
 from oio.core import interrupt
+from oio.core.errors import BadInput
 from oio.reproduce.comparison import compare
 from oio.reproduce.configuration import experiment_again
 from oio.reproduce.original import LOG, Original, differing, original
@@ -45,6 +46,8 @@ def main(arguments: list[str] | None = None) -> int:
 def _reproduce(given: argparse.Namespace) -> bool:
     check_packages()
     made = original(given.run)
+    if given.out is not None and given.out.exists():
+        raise BadInput(f"--out {given.out} was given, but it is there already. Give a new folder, or leave --out out.")
     own = () if given.config_dir is None else (absolute(f"{FOLDER}{given.config_dir}"),)
     experiment, keys = experiment_again(made, given.words, (*own, *plugin_packages()))
     out = given.out or _unused(made)

@@ -42,6 +42,11 @@ def in_memory():
     return run_trial(SHORT, 4)
 
 
+def test_a_trial_has_no_protocol():
+    with pytest.raises(BadInput, match="protocol=emulated was given, but a benchmark asks nobody"):
+        run_trial(("protocol=emulated",), 0)
+
+
 def test_a_trial_is_a_run_bit_for_bit(in_memory, tmp_path, composed):
     """The numbers of summary.json, but for the time it took and the tree; no paper's assembly, and of the cold start one map."""
     made = build(composed(*SHORT, "seed=4", "stage.evaluate.cold_maps=last"), {"backend": "mujoco", "air": "steady", "ekf": "ekf"}, [])

@@ -164,6 +164,7 @@ def test_bad_input_is_refused_before_anything_runs(made, reproduced, tmp_path):
     for given, says in ((tmp_path, "holds no run.mcap"), (tmp_path / "unfinished", "oio.recover"), (ROOT / "README.md", "not an MCAP")):
         code, said = reproduced(given)
         assert code == 2 and says in said
+    assert main([str(made), "--out", str(tmp_path / "unfinished")]) == 2
     code, said = reproduced(made, "dof=7")
     assert code == 2 and "dof=7 is not on the ladder" in said
     assert not (tmp_path / "again").exists()
