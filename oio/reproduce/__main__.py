@@ -52,13 +52,18 @@ def _reproduce(given: argparse.Namespace) -> bool:
     experiment, keys = experiment_again(made, given.words, (*own, *plugin_packages()))
     out = given.out or _unused(made)
     execute(experiment, out)
-    again = original(out)
     console = Console(soft_wrap=True, highlight=False)
     console.print(f"{'run again' if made.simulated else 'replayed'}: {out}", markup=False)
-    for name, texts in (("configuration", keys), ("version", differing(made.versions, again.versions))):
-        for text in texts[:SHOWN] + ([f"and {len(texts) - SHOWN} more"] if len(texts) > SHOWN else []):
-            console.print(f"{name} differs: {text}", markup=False)
+    _name(console, "configuration", keys)
+    _name(console, "version", differing(made.versions, original(out).versions))
     return _say(console, made, out / LOG)
+
+
+def _name(console: Console, what: str, texts: list[str]) -> None:
+    for text in texts[:SHOWN]:
+        console.print(f"{what} differs: {text}", markup=False)
+    if len(texts) > SHOWN:
+        console.print(f"{what} differs in {len(texts) - SHOWN} more", markup=False)
 
 
 def _say(console: Console, made: Original, now: Path) -> bool:

@@ -1,6 +1,7 @@
 """A protocol in a run: its steps stand around the stages and in the log; without one nothing changes; answers are checked first."""
 
 import json
+import signal
 
 import numpy as np
 import pytest
@@ -29,6 +30,15 @@ PROTOCOLS = sorted(path.stem for path in (CONF / "protocol").glob("*.yaml"))
 def experiment(*words):
     composed = compose((*QUICK, *words), ())
     return build(composed.cfg, composed.choices, [*QUICK, *words])
+
+
+@pytest.fixture(autouse=True)
+def signals():
+    """The command installs handlers of its own."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture

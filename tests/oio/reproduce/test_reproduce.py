@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,15 @@ def run(folder, *words):
     composed = compose(words, ())
     execute(build(composed.cfg, composed.choices, list(words)), folder, quiet=True)
     return folder
+
+
+@pytest.fixture(autouse=True)
+def signals():
+    """The command installs handlers of its own."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="module")
