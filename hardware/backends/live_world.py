@@ -53,6 +53,11 @@ class LiveWorld:
         """Nanoseconds since the ports were opened."""
         return self._t_ns
 
+    @property
+    def identities(self) -> dict[str, str | None]:
+        """What nose and arm said of themselves, by configuration key; None for one that said nothing."""
+        return {device.driver.key: device.identity for device in (self._nose, self._arm) if device is not None}
+
     def go_home(self, at_least_s: float) -> None:
         """First move, to the home pose; its samples are discarded."""
         arm = self._kinematics

@@ -1,8 +1,10 @@
 """World of a replayed log: the same stages get the same samples, bit for bit and in the same groups."""
 
 import contextlib
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from hardware.backends.replay_tape import ReplayTape
 from oio.core.errors import BadInput, WorldEnded
@@ -32,13 +34,16 @@ class Replay:
             raise BadInput(f"backend.log={self.log} was made with {was}, but sensor={self.sensor} dof={self.dof} is set. Type {was}.")
         records = read_samples(path)
         with contextlib.closing(records):
-            yield ReplayedWorld(self.log, records, read_end(path))
+            yield ReplayedWorld(self.log, records, read_end(path), json.loads(made_with.get("devices", "{}")))
 
 
 class ReplayedWorld:
     """Live world of a log. A span of samples ends where it ended in the log, if the same span is requested; else by its length."""
 
-    def __init__(self, name: str, records: Iterator[WorldSample], end_ns: int) -> None:
+    def __init__(
+        self, name: str, records: Iterator[WorldSample], end_ns: int, identities: Mapping[str, str | None] = MappingProxyType({})
+    ) -> None:
+        self.identities = identities  # what the devices of the logged world said of themselves
         self._name, self._log, self._end_ns = name, ReplayTape(records), end_ns
         self._t_ns, self._last_ns, self._gap_ns = 0, 0, 1
         self._pending: list[Event] = []

@@ -19,6 +19,7 @@ class Device(threading.Thread):
         self._port, self.driver, self._mailbox, self._clock, self._timeouts = port, driver, mailbox, clock, timeouts
         self.news: list[tuple[str, str]] = []
         self.error: BaseException | None = None
+        self.identity: str | None = None  # what the device said of itself when its port was last opened
         self.reconnects = 0
         self.away_ns = 0  # total time without an answer, of all lost connections
         self._last_answer_ns = 0
@@ -80,7 +81,7 @@ class Device(threading.Thread):
             if not self.ready.is_set():
                 raise
             raise Unplugged("the port may not be opened") from None
-        self.driver.configure(self._wire)
+        self.identity = self.driver.configure(self._wire)
 
     def _poll_until_lost(self) -> str:
         """Poll until the port is gone or the device times out; return the reason. Raises DeviceLost if reopening has not helped."""

@@ -35,8 +35,8 @@ class Driver(Protocol):
         """Return a description of the device if it is of this driver's kind, else None."""
         ...
 
-    def configure(self, wire: Wire) -> None:
-        """Configure the device. Called each time the port was opened."""
+    def configure(self, wire: Wire) -> str | None:
+        """Configure the device; return what it says of itself, as `identify`. Called each time the port was opened."""
         ...
 
     def poll(self, wire: Wire) -> bool:

@@ -30,7 +30,10 @@ def composed_trial(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
     cfg = {str(key): value for key, value in _plain(composed.cfg).items()}
     if "evaluate" in (cfg["stage"] or {}):
         cfg["stage"]["evaluate"].update(paper_assembly=False, cold_maps="last")  # no benchmark reads more, and the rest is slow
-    return cfg, build(OmegaConf.create(cfg), composed.choices, list(words))
+    built = build(OmegaConf.create(cfg), composed.choices, list(words))
+    if built.procedure is not None:
+        raise BadInput(f"protocol={built.procedure.name} was given, but a benchmark asks nobody and waits for nothing. Leave it out.")
+    return cfg, built
 
 
 def experiment(words: tuple[str, ...], seed: int) -> Experiment:

@@ -8,6 +8,7 @@ from omegaconf import DictConfig, OmegaConf
 from oio.cli.experiment import Experiment
 from oio.cli.unread_keys import refuse_unread
 from oio.core.errors import BadInput
+from oio.procedure.procedure import Procedure
 from oio.results.calibration import Calibration, MapCalibration
 from oio.runtime.runner import Stage, check_order, result_type
 
@@ -43,6 +44,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     experiment = Experiment(
         arm=_built(cfg.arm), sensor=_built(cfg.sensor), backend=_built(cfg.backend), stages=stages,
         verdict=_built(cfg.verdict), identity=identity,
+        procedure=procedure_of(cfg, list(stages)),
         config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides, logged=cfg.logging == "full",
     )  # fmt: skip
     check_order(experiment.stages)
@@ -63,6 +65,17 @@ def _stages(cfg: DictConfig) -> dict[str, Stage]:
     names = list(stages)
     at = next((i for i, name in enumerate(names) if Calibration in stages[name].needs), len(names))
     return {name: stages[name] for name in names[:at]} | {LOADS: _built(cfg[LOADS])} | {name: stages[name] for name in names[at:]}
+
+
+def procedure_of(cfg: DictConfig, stages: list[str]) -> Procedure | None:
+    """Build the protocol of a run of these stages; None without one. Raises BadInput for a step at another stage."""
+    if cfg.get("protocol") is None:
+        return None
+    made = instantiate(cfg.protocol, _convert_="all")  # a list of OmegaConf would make configurations of its steps again
+    if not isinstance(made, Procedure):
+        raise BadInput("protocol has another _target_ than oio.procedure.procedure.Procedure. Type e.g. protocol=bench.")
+    made.check_stages(stages)
+    return made
 
 
 def _built(node: DictConfig) -> Any:

@@ -1,7 +1,8 @@
 """Terminal output: a progress line per stage while it runs (in a terminal only), and the table of results at the end."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -37,6 +38,15 @@ class StageLines:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self._on:
             self._progress.stop()
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """A context in which nothing is drawn: a person is asked."""
+        self.__exit__(None, None, None)
+        try:
+            yield
+        finally:
+            self.__enter__()
 
     def __call__(self, stage: str, state: str, t_ns: int, waits_for: str, figure: str) -> None:
         """Called by the log when a stage begins, reports progress, ends or fails."""

@@ -7,8 +7,10 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
+from oio.cli.attendant import performance
 from oio.cli.console import StageLines
 from oio.cli.experiment import Experiment
+from oio.cli.reproducible import devices_of, provenance, reproducible
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
 from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
@@ -16,10 +18,11 @@ from oio.core.errors import OioError
 from oio.core.interfaces import World
 from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
+from oio.procedure.performance import Performance
 from oio.results.calibration import BaselineResult, Calibration
 from oio.results.calibration_file import baseline_yaml
 from oio.results.criteria.judgement import Verdict
-from oio.results.summary import Evaluation, summary, to_json
+from oio.results.summary import Evaluation, Reproducible, summary, to_json
 from oio.results.verdict import judge
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
 from oio.runtime.runner import check_order, run_stages
@@ -36,6 +39,9 @@ def execute(
     """
     check_order(experiment.stages)
     refuse_used(out)
+    lines = StageLines(quiet)
+    performed = performance(experiment.procedure, quiet, lines.paused)
+    shared = None if performed else shared  # what a person did for one run, nobody did for another
     began = time.monotonic()
     keep = shared.keep if shared is not None and resumable(experiment.backend) else None
     begun = None if shared is None else shared.begin(experiment)
@@ -43,9 +49,9 @@ def execute(
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
             (out / name).write_text(text, encoding="utf-8")
         try:
-            results = _stages(experiment, world, out, quiet, begun, keep)
-            verdict = judge(results, experiment.verdict)
-            document = _summary(experiment, results, verdict, time.monotonic() - began)
+            results = _stages(experiment, world, out, lines, performed, begun, keep)
+            verdict, judged = judge(results, experiment.verdict), reproducible(devices_of(world))
+            document = _summary(experiment, results, verdict, performed, time.monotonic() - began, judged)
             _keep_baseline(experiment, results, verdict, out / "calibration.yaml")
             write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
@@ -59,28 +65,33 @@ def execute(
 
 
 def _stages(
-    experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
-) -> dict[type, object]:
-    arm, lines = experiment.arm, StageLines(quiet)
-    with _log(experiment, out) as log, lines:
+    experiment: Experiment, world: World, out: Path, lines: StageLines, performed: Performance | None, begun: Checkpoint | None,
+    keep: Keep | None,
+) -> dict[type, object]:  # fmt: skip
+    arm, stages, sensor = experiment.arm, experiment.stages, experiment.sensor
+    with _log(experiment, out, devices_of(world)) as log, lines:
         log.watchers.append(lines)
-        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
+        return run_stages(stages, world, arm, log, out, experiment.seed, sensor.highest_raw, begun, keep, performed)
 
 
-def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:
+def _log(experiment: Experiment, out: Path, devices: Mapping[str, str | None]) -> AbstractContextManager[RunLog]:
     if not experiment.logged:
         return nullcontext(MemoryLog())
     attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(experiment.arm.path)}
-    return RunLog.create(
-        out / "run.mcap", sensor=experiment.sensor.name, joints=experiment.arm.names, metadata=experiment.about(), attachments=attachments
-    )
+    metadata = {**experiment.about(), **provenance(devices)}
+    names = experiment.arm.names
+    return RunLog.create(out / "run.mcap", sensor=experiment.sensor.name, joints=names, metadata=metadata, attachments=attachments)
 
 
-def _summary(experiment: Experiment, results: Mapping[type, object], verdict: Verdict, wall_s: float) -> dict[str, Any]:
+def _summary(
+    experiment: Experiment, results: Mapping[type, object], verdict: Verdict, performed: Performance | None, wall_s: float,
+    judged: Reproducible,
+) -> dict[str, Any]:  # fmt: skip
     calibration, found = results.get(Calibration), results.get(Evaluation)
     assert calibration is None or isinstance(calibration, Calibration)
     assert found is None or isinstance(found, Evaluation)
-    return summary(experiment.identity, calibration, found, verdict, wall_s)
+    protocol = None if performed is None else performed.document
+    return summary(experiment.identity, calibration, found, verdict, wall_s, judged, protocol)
 
 
 def _keep_baseline(experiment: Experiment, results: Mapping[type, object], verdict: Verdict, path: Path) -> None:

@@ -2,16 +2,16 @@
 
 import json
 import platform
-import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
 
 from oio import __version__
-from oio.core.folders import ROOT
+from oio.cli import git_state
 from oio.core.interfaces import Backend, Sensor
 from oio.kinematics.arm import Arm
+from oio.procedure.procedure import Procedure
 from oio.results.verdict import Criteria
 from oio.runtime.runner import Stage
 
@@ -30,6 +30,7 @@ class Experiment:
     identity: dict[str, Any]
     config_yaml: str
     overrides: list[str]
+    procedure: Procedure | None = None  # the protocol of a laboratory
     logged: bool = True  # to run.mcap; else nothing of the run is kept but its numbers
 
     @property
@@ -43,7 +44,7 @@ class Experiment:
         versions = {"oio": __version__, "python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
         return {
             **named, "config": self.config_yaml, "overrides": json.dumps(self.overrides),
-            "versions": json.dumps(versions), "git": _git_state(), "clock": "simulated or device seconds since the world opened",
+            "versions": json.dumps(versions), "git": git_state.commit(), "clock": "simulated or device seconds since the world opened",
         }  # fmt: skip
 
 
@@ -52,10 +53,3 @@ def _version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"
-
-
-def _git_state() -> str:
-    if not (ROOT / ".git").exists():
-        return "no git"
-    told = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=40"], cwd=ROOT, capture_output=True, text=True, check=False)
-    return told.stdout.strip() or "no commit"

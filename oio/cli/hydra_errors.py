@@ -25,6 +25,7 @@ LAUNCHING: dict[str, dict[str, str]] = {  # choices of Hydra's own groups, and t
     "hydra/launcher": {"joblib": "", "basic": "", "dask": "", "submitit_local": "slurm", "submitit_slurm": "slurm"},
     "hydra/sweeper": {"basic": "", "optuna": "optuna"},
 }
+NO_WORD = "Config group override must be a string or a list."  # such as sensor=null: Hydra raises a plain ValueError
 FOREIGN = (CompactHydraException, OmegaConfBaseException, InstantiationException)
 LIST_KEYS = "`python -m oio.run --cfg job` prints every key, `--help` every choice."
 
@@ -36,6 +37,9 @@ def known_error(error: BaseException, conf: Path) -> OioError | None:
             return cause if cause is error else type(cause)(_with_key(str(cause), str(error)))
     if isinstance(error, FOREIGN):
         return BadInput(_paragraph(error, conf))
+    if isinstance(error, ValueError) and str(error).startswith(NO_WORD):
+        given = str(error).split()[-1].replace("NoneType", "null")
+        return BadInput(f"{given} was given where a choice is a word, or a list of words. Leave it out for none. {LIST_KEYS}")
     return None
 
 

@@ -65,7 +65,7 @@ def _note_failure(out: Path, error: Exception) -> None:
         raise error
 
 
-def _check_packages() -> None:
+def check_packages() -> None:
     """Refuse to start where `hardware` or `pipelines` is another distribution's package, and not the one beside `oio`."""
     for name in ("pipelines", "hardware"):
         if not (ROOT / name / "__init__.py").is_file():
@@ -80,7 +80,7 @@ def _register_launchers() -> None:
 
 
 def _run(arguments: list[str]) -> None:
-    _check_packages()
+    check_packages()
     arguments, own = without_search_path(replayed(arguments))
     arguments += search_path([*own, *plugin_packages()])
     if {"-m", "--multirun"} & set(arguments):

@@ -4,6 +4,7 @@ from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import IntervalSweep, Override
 
+from oio.cli.attendant import performance
 from oio.cli.build import build
 from oio.cli.compose import compose
 from oio.cli.plugins import config_places
@@ -20,7 +21,7 @@ def refuse_bad_choices(arguments: list[str]) -> None:
     places = config_places(arguments)
     for chosen in _distinct({key: options[0] for key, options in values.items()}, values):
         composed = compose([*plain, *(f"{k}={v}" for k, v in chosen.items())], places)
-        build(composed.cfg, composed.choices, [])
+        performance(build(composed.cfg, composed.choices, []).procedure, unattended=True)
 
 
 def _values(swept: Override, arguments: list[str]) -> list[str]:

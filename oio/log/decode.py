@@ -27,7 +27,8 @@ def _truth(t_ns: int, data: bytes) -> Truth:
     return Truth(t_ns, np.array(message.q), np.array(message.nose_m), np.array(message.source_m), message.ppm)
 
 
-def _event(t_ns: int, data: bytes) -> Event:
+def event(t_ns: int, data: bytes) -> Event:
+    """Decode an event."""
     message = schemas.Event.FromString(data)
     return Event(t_ns, message.kind, message.text)
 
@@ -37,7 +38,7 @@ SAMPLES: dict[str, Callable[[int, bytes], WorldSample]] = {
     "foxglove.JointStates": _joint_state,
     "oio.v1.GasSample": _gas_sample,
     "oio.v1.TruthState": _truth,
-    "oio.v1.Event": _event,
+    "oio.v1.Event": event,
 }
 
 

@@ -65,6 +65,11 @@ def read_odometry(path: Path) -> Iterator[tuple[int, Array, Array]]:
     return _records_of_schema(path, "foxglove.Odometry", decode.odometry)
 
 
+def read_events(path: Path) -> Iterator[Event]:
+    """Return every event of the run, those of progress too; errors as `read_samples`."""
+    return _records_of_schema(path, "oio.v1.Event", decode.event)
+
+
 def read_stages(path: Path) -> Iterator[tuple[int, str, str]]:
     """Return (t_ns, stage, `begin` | `end` | `failed`) in written order; errors as `read_samples`."""
     return _records_of_schema(path, "oio.v1.StageResult", decode.stage)

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from oio.inference.map_fit import CALIBRATED
@@ -75,6 +76,14 @@ class Scored:
     reasons: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Reproducible:
+    """Whether a run may be called reproducible (`yes` or `no`), and the reasons for a no."""
+
+    word: str
+    reasons: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """All results of the `evaluate` stage."""
@@ -107,10 +116,17 @@ class Evaluation:
 
 
 def summary(
-    identity: dict[str, object], calibration: Calibration | None, found: Evaluation | None, verdict: Verdict, wall_s: float
+    identity: dict[str, object],
+    calibration: Calibration | None,
+    found: Evaluation | None,
+    verdict: Verdict,
+    wall_s: float,
+    reproducible: Reproducible | None = None,
+    protocol: Mapping[str, object] | None = None,
 ) -> dict[str, object]:
     """Return the document. `identity`: sensor, profile, dof, backend, air, world, ekf, assembly, seed. Stages that did
-    not run give null."""
+    not run give null, as does a `reproducible` that nobody asked for (benchmarks) and the
+    `protocol` of a run without one."""
     return {
         "schema": SCHEMA,
         **identity,
@@ -130,6 +146,8 @@ def summary(
         "reasons": list(verdict.reasons),
         "criteria": [dataclasses.asdict(judgement) for judgement in verdict.judgements],
         "scored": {"word": found.scored.word, "reasons": list(found.scored.reasons)} if found else None,
+        "reproducible": {"word": reproducible.word, "reasons": list(reproducible.reasons)} if reproducible else None,
+        "protocol": protocol,
         "simulated_s": found.simulated_s if found else None,
         "wall_s": round(wall_s, 3),
     }

@@ -2,7 +2,7 @@
 
 import copy
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -70,6 +70,21 @@ class GuardedWorld:
         self._world.present(source)
         for _ in self.samples(0.0):  # a real world has gone on meanwhile
             pass
+
+    def attend(self, is_done: Callable[[], bool]) -> None:
+        """Wait for a person: a live world goes on meanwhile, and is logged; a simulated or recorded one stands still.
+
+        All of it is one span, however long it lasts: a replay waits for nobody, and must find the same spans.
+        """
+        self._log.write(Event(self.t_ns, "span", repr(0.0)))
+        done = False
+        while not done:
+            done = is_done()
+            interrupt.check()
+            for sample in self._world.samples(0.0):
+                self._log.write(sample)
+                if isinstance(sample, GasSample):
+                    self._gas.arrived(sample.t_ns)
 
     def resume(self, goal: Array, gas: GasStream) -> None:
         """Go on with an arm that was commanded to `goal` (n,) rad before, and after these gas samples."""

@@ -4,7 +4,7 @@ import copy
 import math
 import typing
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import ClassVar, Protocol, runtime_checkable
 
@@ -17,6 +17,8 @@ from oio.log import RunLog
 from oio.runtime.checkpoint import Checkpoint, Checkpoints, Keep
 from oio.runtime.context import Context
 from oio.runtime.guarded_world import GuardedWorld
+
+Between = Callable[[str, str, GuardedWorld, RunLog], None]  # called with `before` or `after`, and the stage
 
 
 @runtime_checkable
@@ -63,30 +65,37 @@ def _who_gives(need: type, stages: Mapping[str, Stage]) -> str:
 
 def run_stages(
     stages: Mapping[str, Stage], world: World, arm: Arm, log: RunLog, out: Path, seed: int, highest_raw: float = math.inf,
-    begun: Checkpoint | None = None, keep: Keep | None = None,
+    begun: Checkpoint | None = None, keep: Keep | None = None, between: Between | None = None,
 ) -> dict[type, object]:  # fmt: skip
     """Run every stage in order; each has a random stream of its own, so a new stage cannot shift another's noise.
 
     `highest_raw` is that of the sensor: stages see no gas that is not below it. `begun`: go on from there, in a copy of its world.
-    `keep` gets a checkpoint after every stage but the last.
+    `keep` gets a checkpoint after every stage but the last. `between` is called before and after every stage that is run.
     """
     check_order(stages)
     watched, checkpoints = GuardedWorld(world, arm, log, highest_raw), Checkpoints(keep, world, log, out)
     results: dict[type, object] = {}
+    between = between or _nothing
     if begun is not None:
         _go_on(begun, watched, log, out)
         results |= copy.deepcopy(begun.results)  # so that no stage can change those of another run
     for number, (name, stage) in enumerate(stages.items(), 1):
         if begun is not None and number <= begun.stages:
             continue
+        between("before", name, watched, log)
         rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
         with log.stage(name, lambda: watched.t_ns) as close:
             result = stage.run(Context(watched, log, rng, out, results))
             close(result)
         results[result_type(stage)] = result
+        between("after", name, watched, log)
         if number < len(stages):
             checkpoints.take(number, watched, results)
     return results
+
+
+def _nothing(moment: str, stage: str, world: GuardedWorld, log: RunLog) -> None:
+    """A run without a protocol."""
 
 
 def _go_on(begun: Checkpoint, watched: GuardedWorld, log: RunLog, out: Path) -> None:

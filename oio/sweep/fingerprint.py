@@ -17,7 +17,16 @@ from oio.core.folders import CONF, ROOT
 
 CODE = ("oio", "pipelines", "hardware")
 SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv")
-NO_RESULT = ("oio/bench", "oio/figures", "oio/sweep", "oio/testing", "hardware/firmware")  # rooms that no number of a run depends on
+NO_RESULT = (
+    "oio/bench",
+    "oio/doctor",
+    "oio/figures",
+    "oio/reproduce",
+    "oio/sweep",
+    "oio/testing",
+    "hardware/doctor",
+    "hardware/firmware",
+)  # rooms that no number of a run depends on
 
 
 @functools.cache

@@ -185,12 +185,12 @@ class Emulators:
         assert "oio.run" in told, (folder / "errors").read_text()
         self._command = [sys.executable, *shlex.split(told)[1:]]
 
-    def start(self, *words: str, **env: str) -> "tuple[subprocess.Popen[str], Path]":
+    def start(self, *words: str, stdin: int = subprocess.DEVNULL, **env: str) -> "tuple[subprocess.Popen[str], Path]":
         """A run that goes on, and its folder."""
         out = self.folder / f"run{len(list(self.folder.glob('run*')))}"
         process = subprocess.Popen(
             [*self._command, *words, f"hydra.run.dir={out}"], cwd=ROOT, env={**ENV, **env}, text=True,
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         )  # fmt: skip
         return process, out
 

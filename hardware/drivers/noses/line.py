@@ -46,7 +46,7 @@ class Line:
         except NoAnswer:
             return None
 
-    def configure(self, wire: Wire) -> None:
+    def configure(self, wire: Wire) -> str:
         """Set the sampling period. Raises BadInput if the ADC resolution differs from that in the sensor's YAML."""
         info = self._identity(wire)
         if len(info) > 4 and info[4] != str(self._sentence.adc_bits):
@@ -56,6 +56,7 @@ class Line:
             )
         acknowledged(wire, self._lines, f"P{self._period_ms}", INSIST_S)
         self._last_ms, self._last_frame_ns = -1, self._clock.now_ns()
+        return ", ".join(info[2:])
 
     def poll(self, wire: Wire) -> bool:
         """Read the frames received; noise and sentences of other talkers do not count as an answer."""

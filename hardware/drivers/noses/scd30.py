@@ -36,15 +36,16 @@ class Scd30:
             return None
         return f"SCD30, firmware {major}.{minor}"
 
-    def configure(self, wire: Wire) -> None:
+    def configure(self, wire: Wire) -> str:
         """Start continuous measurement at the interval nearest to the sampling period, without pressure compensation."""
-        if self.identify(wire) is None:
+        if (identity := self.identify(wire)) is None:
             raise NoAnswer("it does not answer as an SCD30 does")
         wanted = min(max(round(self._sample_s), INTERVAL_S[0]), INTERVAL_S[1])
         if self._read(wire, INTERVAL, 1)[0] != wanted:  # it is stored in flash, which wears
             self._write(wire, INTERVAL, wanted)
         self._write(wire, START, 0)
         self._schedule.started()
+        return identity
 
     def poll(self, wire: Wire) -> bool:
         """Poll once; a value is stamped with the time of the request that reported it ready."""

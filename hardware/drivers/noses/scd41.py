@@ -42,9 +42,9 @@ class Scd41:
             return None
         return bytes(c for c in data if 32 <= c < 127).decode("ascii") or "a bridge"
 
-    def configure(self, wire: Wire) -> None:
+    def configure(self, wire: Wire) -> str:
         """Switch the sensor's supply on and start periodic measurement."""
-        if self.identify(wire) is None:
+        if (bridge := self.identify(wire)) is None:
             raise NoAnswer("no SensorBridge answers")
         self._bridge(wire, VOLTAGE, bytes((FIRST_PORT, VOLTS_3_3)))
         self._bridge(wire, FREQUENCY, bytes((FIRST_PORT, KHZ_100)))
@@ -54,8 +54,10 @@ class Scd41:
         time.sleep(self._clock.host_s(STOP_S))
         if not self._is_scd41(wire):
             raise NoAnswer("the bridge answers, but no SCD41 behind it")
+        number = self._words(wire, scd4x.SERIAL, 3)
         self._sensor(wire, scd4x.START, 0)
         self._schedule.started()
+        return f"{bridge}, SCD41" + (f" {''.join(f'{word:04x}' for word in number)}" if number else "")
 
     def _is_scd41(self, wire: Wire) -> bool:
         """Whether the sensor identifies itself as an SCD41; with retries, because stopping may take a little longer."""

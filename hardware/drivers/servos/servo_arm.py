@@ -2,6 +2,7 @@
 
 import time
 from collections import Counter
+from collections.abc import Mapping
 
 from hardware.drivers.servos.bus import Positions, ServoState
 from hardware.drivers.servos.jitter import Jitter
@@ -40,13 +41,12 @@ class ServoArm:
 
     def identify(self, wire: Wire) -> str | None:
         """Return the models of the servos that answer."""
-        models = {servo: self._bus.ping(wire, servo) for servo in self._ids}
-        found = [f"{servo} {model}" for servo, model in models.items() if model]
-        return f"servos {', '.join(found)}" if found else None
+        return _described(self._models(wire))
 
-    def configure(self, wire: Wire) -> None:
+    def configure(self, wire: Wire) -> str | None:
         """Enable torque at the present pose. Raises OioError outside the limits: no safe path from there is known."""
-        missing = [servo for servo in self._ids if self._bus.ping(wire, servo) is None]
+        models = self._models(wire)
+        missing = [servo for servo, model in models.items() if model is None]
         if missing:
             raise NoAnswer(f"servo {missing[0]} of {len(self._ids)} does not answer")
         self._bus.configure(wire, self._ids)
@@ -56,6 +56,7 @@ class ServoArm:
             if (goal := self._bus.health(wire, servo).goal) != count:
                 raise NoAnswer(f"servo {servo} was given the goal {count}, but has {goal}: see the limits in its memory")
         self._bus.torque(wire, self._ids, True)
+        return _described(models)
 
     def poll(self, wire: Wire) -> bool:
         """Read the joints, send the set-point and, every `health_every` cycles, read the health of one servo."""
@@ -118,6 +119,9 @@ class ServoArm:
         f = self._bus.framer()
         return Counter(good=f.good, corrupt=f.corrupt, skipped=f.skipped, lost=self._lost, rounds=self._rounds)
 
+    def _models(self, wire: Wire) -> dict[int, str | None]:
+        return {servo: self._bus.ping(wire, servo) for servo in self._ids}
+
     def _angles(self, state: ServoState) -> Array:
         return self._homing.angles(state.counts, self._bus.counts_per_turn)
 
@@ -144,3 +148,8 @@ class ServoArm:
 
     def _goal_counts(self) -> Positions:
         return self._homing.counts(self._guard.set_point, self._bus.counts_per_turn)
+
+
+def _described(models: Mapping[int, str | None]) -> str | None:
+    found = [f"{servo} {model}" for servo, model in models.items() if model]
+    return f"servos {', '.join(found)}" if found else None

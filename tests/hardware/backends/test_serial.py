@@ -17,12 +17,13 @@ import pytest
 from oio.cli.recover import main as recover
 from oio.core.records import GasSample, JointState
 from oio.kinematics.homing import Homing
-from oio.log import read_samples
+from oio.log import read_metadata, read_samples
 from tests.hardware.conftest import Stalls
 
 ROOT = Path(__file__).resolve().parents[3]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 NOSES = {"ndir": "scd30", "pa": "scd41", "ec": "line", "mox_mq": "line", "mox_mics": "line"}
+SAYS = {"ndir": "SCD30, firmware ", "pa": "SEK-SensorBridge, SCD41 f8969f073bbe", "ec": "OIO-NOSE, 1, "}  # the noses of themselves
 CALM = 0.05  # of the time that a host may lose before what it times is none of ours
 STALL_S, TRIES = 0.2, 3  # one so long may stop an arm, at twice the speed of life
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
@@ -34,6 +35,7 @@ def test_a_nose_alone_warms_up_and_every_sample_is_accounted_for(emulators, sens
     run = bench.run("stage=[warm_up,baseline]")
     assert run.code == 0, run.said
     samples, account = run.samples(), run.account()
+    assert json.loads(read_metadata(run.log)["devices"])["backend.nose"].startswith(SAYS[sensor])
     gas, joints, waiting, _ = run.taken()
     assert (gas, joints) == run.logged() and gas > 20 and waiting < 5 and run.all_accounted()
     assert "corrupt 0" in account.split(";")[0] or "corrupt" not in account.split(";")[0]

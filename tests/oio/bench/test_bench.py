@@ -42,11 +42,16 @@ def in_memory():
     return run_trial(SHORT, 4)
 
 
+def test_a_trial_has_no_protocol():
+    with pytest.raises(BadInput, match="protocol=emulated was given, but a benchmark asks nobody"):
+        run_trial(("protocol=emulated",), 0)
+
+
 def test_a_trial_is_a_run_bit_for_bit(in_memory, tmp_path, composed):
-    """The numbers of summary.json, but for the time it took; no paper's assembly, and of the cold start one map."""
+    """The numbers of summary.json, but for the time it took and the tree; no paper's assembly, and of the cold start one map."""
     made = build(composed(*SHORT, "seed=4", "stage.evaluate.cold_maps=last"), {"backend": "mujoco", "air": "steady", "ekf": "ekf"}, [])
     with_file = execute(made, tmp_path / "run")
-    skipped = ("wall_s", "calibrated_paper_assembly")
+    skipped = ("wall_s", "calibrated_paper_assembly", "reproducible")
     assert {k: v for k, v in in_memory.items() if k not in skipped} == {k: v for k, v in with_file.items() if k not in skipped}
     assert with_file["calibrated"]["source_error_m"] > 0 and in_memory["calibrated_paper_assembly"] is None
 

@@ -223,10 +223,40 @@ def test_sniff_reads_gas_the_whole_way_and_logs_the_readings(watched, built, tmp
     assert [r for what, r, *_ in journal if what == "logged" and isinstance(r, GasReading)] == readings
 
 
-def run(tmp_path, built, stages, name="run.mcap", seed=1):
+class Alive(World):
+    """Goes on by a tick whenever somebody looks, as a bench does."""
+
+    def samples(self, for_s):
+        return super().samples(for_s or 0.1)
+
+
+def test_who_waits_for_a_person_logs_what_a_living_world_senses_as_one_span(built):
+    journal, arm, looks = [], built("arm", "dof=3"), []
+    world = GuardedWorld(Alive(journal, arm), arm, Log(journal))
+    world.attend(lambda: looks.append(world.t_ns) or len(looks) == 3)
+    logged = [entry[1] for entry in journal]
+    assert looks == [0, 100_000_000, 200_000_000]
+    assert [e.text for e in logged if isinstance(e, Event) and e.kind == "span"] == ["0.0"]
+    assert sum(isinstance(e, GasSample) for e in logged) == 3 and world.t_ns == 300_000_000  # what came until the answer, too
+
+
+def test_a_stop_ends_the_waiting(built, monkeypatch):
+    arm = built("arm", "dof=3")
+    monkeypatch.setattr(guarded_world.interrupt, "_asked", [2])
+    with pytest.raises(KeyboardInterrupt):
+        GuardedWorld(World([], arm), arm, Log([])).attend(lambda: False)
+
+
+def run(tmp_path, built, stages, name="run.mcap", seed=1, between=None):
     arm = built("arm", "dof=3")
     with RunLog.create(tmp_path / name, sensor="ndir", joints=arm.names, metadata={}, attachments={}) as log:
-        return run_stages(stages, World([], arm), arm, log, tmp_path, seed)
+        return run_stages(stages, World([], arm), arm, log, tmp_path, seed, between=between)
+
+
+def test_what_is_between_stages_is_called_around_each(tmp_path, built):
+    called = []
+    run(tmp_path, built, {"one": GivesFirst(), "two": GivesSecond()}, between=lambda *words: called.append(words[:2]))
+    assert called == [("before", "one"), ("after", "one"), ("before", "two"), ("after", "two")]
 
 
 def test_stages_run_in_order_and_their_results_are_handed_on(tmp_path, built):

@@ -1,0 +1,8 @@
+"""The command `python -m oio.protocol`; what it does is in `oio.cli.protocol_page`."""
+
+import sys
+
+from oio.cli.protocol_page import main
+
+if __name__ == "__main__":
+    sys.exit(main())
