@@ -9,6 +9,8 @@ from oio.log import read_metadata
 
 PLAIN = re.compile(r"[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*")  # an override from a log is data: a plain word, number or list, nothing else
 
+RECORDING = ("recording", "recording.warm_up_max_s", "recording.baseline_max_s")  # what stages know of a recording: their time-outs
+
 
 def replayed(arguments: list[str]) -> list[str]:
     """For backend=replay: prepend the overrides with which the log was written, except those that the command line gives."""
@@ -26,4 +28,6 @@ def _is_plain(override: object) -> bool:
 
 def _may_pass(override: str, given: set[str]) -> bool:
     key = override.split("=", 1)[0]
+    if key in RECORDING:
+        return key not in given
     return key not in given and key.split(".")[0] not in ("backend", "recording", "hydra") and key[0] != "_" and "_target_" not in key
