@@ -33,7 +33,7 @@ class RecordedRows:
         shapes: tuple[bool, ...] = (self.t_s.shape == (k,), self.place_m is None or self.place_m.shape == (m, 3))
         shapes += (not self.columns or len(self.columns) == m, self.climate is None or self.climate.shape == (k, 2))
         if not all(shapes) or (self.source_m is not None and self.source_m.shape != (3,)):
-            raise ValueError(f"{self.name}: ppm is {self.ppm.shape}, so t_s must be ({k},), place_m ({m}, 3), source_m (3,), climate ({k}, 2)")
+            raise ValueError(f"{self.name}: ppm is {self.ppm.shape}, t_s must be ({k},), place_m ({m}, 3), source_m (3,), climate ({k}, 2)")
 
     @property
     def account(self) -> str:

@@ -12,7 +12,7 @@ from oio.core.settings import settings
 
 @settings
 class WaagEc:
-    """One summer. Rows in which a chosen cell has no value are dropped; values, in ug/m3, are converted to ppm. Hours are local, with zone."""
+    """One summer. Rows in which a chosen cell has no value are dropped; ug/m3 become ppm. Hours are local, with their zone."""
 
     name: str
     file: str  # below OIO_DATA
@@ -26,7 +26,7 @@ class WaagEc:
     def check(self) -> None:
         """Refuse a conversion that is none."""
         if self.ug_m3_per_ppm <= 0.0:
-            raise BadInput(f"recording.ug_m3_per_ppm is {self.ug_m3_per_ppm:g}, but it is greater than 0. Type recording.ug_m3_per_ppm=1913.")
+            raise BadInput(f"recording.ug_m3_per_ppm is {self.ug_m3_per_ppm:g}, but greater than 0 is needed. Type e.g. =1913.")
 
     def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or unusable."""
