@@ -10,10 +10,10 @@ import numpy as np
 from oio.core.errors import NotObservable
 from oio.core.records import Array
 
-BLOCKS = 12  # of the record; whole blocks are drawn, so that correlated readings stay together
+BLOCKS = 8  # of the record; whole blocks are drawn, so that correlated readings stay together
 DRAWS = 400
 COVERAGE = 0.95
-FEWEST = 8  # blocks of at least so many readings
+FEWEST = 6  # blocks of at least so many readings
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +30,8 @@ def delay(period_s: float, range_m: Array, reading_ppm: Array, longest_s: float,
     """Delay of readings (n,) ppm above clean air behind ranges (n,) m to the source, sampled together every period_s.
 
     Delays from -longest_s to longest_s are tried, the peak is interpolated by a parabola, and the interval is that of a bootstrap over
-    blocks. Raises NotObservable if the record is too short, if range or reading does not change, or if the peak is at the end of the
-    delays tried.
+    blocks. Raises NotObservable if the record is too short, if range or reading does not change, if the peak is at the end of the
+    delays tried, or if the interval is more than half of them.
     """
     lags = max(round(longest_s / period_s), 1)
     length = (len(range_m) - 2 * lags) // BLOCKS
@@ -47,6 +47,8 @@ def delay(period_s: float, range_m: Array, reading_ppm: Array, longest_s: float,
     if abs(best) >= lags:
         raise NotObservable(f"the correlation has no peak within {longest_s:g} s; move the nose to and fro, or allow a longer delay.")
     low, high = np.quantile(drawn, [0.5 - 0.5 * COVERAGE, 0.5 + 0.5 * COVERAGE])
+    if high - low > lags:
+        raise NotObservable(f"the delay is not told to better than {(high - low) * period_s:.2g} s; move the nose to and fro for longer.")
     correlation = float(products.sum(axis=0).max() / (BLOCKS * length))
     return Delay(best * period_s, float(low) * period_s, float(high) * period_s, correlation)
 

@@ -10,6 +10,7 @@ from oio.core.records import Array
 
 COVERAGE = 0.95
 BLOCKS = 20  # of the jackknife: whole blocks are left out, so that correlated readings go together
+WIDEST = 0.5  # half-width of the gain's interval over the gain, beyond which it says nothing
 AVERAGE_IS_WORSE = 3.0  # ratio of variances above which the average of two is worse than the better one alone
 
 
@@ -59,7 +60,7 @@ def relation(first: Array, other: Array, noise_ratio: float = 1.0) -> Relation:
     left_out = np.array([_deming(first[rows], other[rows], noise_ratio, at) for rows in kept])
     u = np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
     gain_half, offset_half = (float(x) for x in student.ppf(0.5 + 0.5 * COVERAGE, BLOCKS - 1) * u)
-    if gain_half > abs(whole[0]):
+    if gain_half > WIDEST * abs(whole[0]):
         raise NotObservable("the gas hardly varied, so gains cannot be told from noise; record while it rises or falls.")
     return Relation(float(whole[0]), gain_half, float(whole[1]), offset_half, at)
 

@@ -23,7 +23,7 @@ EXAMPLES = """\
   python -m oio.identify outputs/first --stage all             the whole log
   python -m oio.identify recording=sgp30_64h recording.unit=ticks --out drift.csv
   python -m oio.identify recording=orebro3dsen                 27 elements: their noise; one of them: --element C_102
-  python -m oio.identify recording=scd30_windows --step 0:1500 a step between two times: tau, t90
+  python -m oio.identify recording=scd30_windows --step 48000:50400 --gas 49303   a step: tau, t90
   python -m oio.identify recording=airscout32 bout=cusum       false alarms of another bout rule
 
 exit code: 0 done (what cannot be identified is said), 2 bad input, 130 stopped

@@ -13,7 +13,7 @@ from oio.log import read_attachment, read_end, read_metadata, read_readings, rea
 
 CLEAN = ("warm_up", "baseline")  # stages without a source
 ALL = "all"
-CAUTION = "A run is short: what its record cannot tell stands below; stage.warm_up.drift_record_s=3600 records an hour of clean air."
+CAUTION = "A run is short: what it cannot tell is said above; stage.warm_up.drift_record_s=3600 records an hour of clean air."
 
 
 def read_run(path: Path, stages: list[str]) -> Record:

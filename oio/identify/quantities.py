@@ -47,7 +47,7 @@ Rows = Iterator[Row]
 def noise_rows(record: Record) -> list[Row]:
     """Noise, bout threshold and flag of every element."""
     rows = list[Row]()
-    for element, found in zip(record.elements, element_noise(record.together()), strict=True):
+    for element, found in zip(record.elements, element_noise(record.side_by_side()), strict=True):
         note = (
             f"noisier than the others; with a threshold of its own ({found.threshold:.3g} {record.unit}) it does no harm"
             if found.noisy
@@ -93,18 +93,24 @@ def step_rows(element: ElementReadings, begin_s: float, end_s: float, gas_s: flo
 
 def twin_rows(record: Record) -> list[Row]:
     """Gain and offset of each element relative to the first, and what their average is worth."""
-    together, noise, first = record.together(), element_noise(record.together()), record.elements[0]
+    together, first = record.together(), record.elements[0]
+    ratios, own_ratios = _ratios(together), _ratios(record.side_by_side())  # interpolation smoothes, and a fit must know it
     rows = list[Row]()
     for i, element in enumerate(record.elements[1:], 1):
-        ratio = (noise[i].sigma / noise[0].sigma) ** 2 if noise[0].sigma > 0.0 < noise[i].sigma else 1.0
-        rows += identified(
-            element.name, f"gain / {first.name}", _twin, together[:, 0], together[:, i], ratio, first.name, element.name, record.unit
-        )
+        ratio = own_ratios[i]
+        pair = together[:, 0], together[:, i], ratios[i]
+        rows += identified(element.name, f"gain / {first.name}", _twin, *pair, first.name, element.name, record.unit)
         if average_is_worse(1.0, ratio):
             better, worse = (first.name, element.name) if ratio > 1.0 else (element.name, first.name)
             note = f"the variance of {worse} is more than 3 times that of {better}: their average is noisier than {better} alone"
             rows.append(Row(element.name, f"variance / {first.name}", ratio, None, None, "1", note))
     return rows
+
+
+def _ratios(value: Array) -> list[float]:
+    """Noise variances of the elements of readings (n, m) over that of the first; 1 where one of them does not change at all."""
+    sigmas = [noise.sigma for noise in element_noise(value)]
+    return [(sigma / sigmas[0]) ** 2 if sigma > 0.0 and sigmas[0] > 0.0 else 1.0 for sigma in sigmas]
 
 
 def delay_rows(name: str, approaches: Approaches, seed: int) -> Rows:

@@ -55,6 +55,11 @@ class Record:
         kept = tuple(element for element in self.elements if element.name in names)
         return Record(kept, self.unit, self.about, self.caution, self.climate, self.approaches)
 
+    def side_by_side(self) -> Array:
+        """Readings (n, m) of all elements as they are, each at its own times; the last ones of those that have more are left out."""
+        n = min(len(element.value) for element in self.elements)
+        return np.stack([element.value[:n] for element in self.elements], axis=1)
+
     def together(self) -> Array:
         """Readings (n, m) of all elements at the times of the first: the others, read in turn, are interpolated."""
         first = self.elements[0]
