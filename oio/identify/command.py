@@ -66,7 +66,7 @@ def _rows(record: Record, words: list[str], given: argparse.Namespace) -> list[R
         rows += element_rows(record, element, rule, 60.0 * given.forecast_min)
         if given.step is not None:
             rows += identified(element.name, "step", step_rows, element, *_interval(given.step), given.gas, record.unit)
-    rows += twin_rows(record) if len(record.elements) > 1 else []
+    rows += identified("all", "gain", twin_rows, record) if len(record.elements) > 1 else []
     if record.approaches is not None:
         rows += identified(record.elements[0].name, "delay", delay_rows, record.elements[0].name, record.approaches, given.seed)
     order = ["all", *(element.name for element in record.elements)]
