@@ -59,9 +59,11 @@ def _approaches(
     log: Path, identity: dict[str, str], clean: tuple[ElementReadings, ...], spans: dict[str, tuple[float, float]]
 ) -> Approaches | None:
     """Range to the beacon and readings of the first element while it was open; None if the log cannot tell the range."""
+    if "map_beliefs" not in spans:
+        return None
     arm, beacon = encoders(log, identity), _beacon(log)
     begin_s, end_s = _presented(log, "beacon")
-    if arm is None or beacon is None or end_s <= begin_s or "map_beliefs" not in spans:
+    if arm is None or beacon is None or end_s <= begin_s:
         return None
     joints = [s for s in read_samples(log) if isinstance(s, JointState) and begin_s <= seconds(s.t_ns) <= end_s]
     (first, *_) = _elements(log, "", [(begin_s, end_s)])

@@ -147,7 +147,8 @@ def _walk_note(fit: AllanFit, forecast_s: float) -> str:
     gives = f"; {_duration(forecast_s)} give +-{100.0 * told:.0f} %" if told < 1.0 else ""
     if enough is None:
         return "smaller than a record of four months can tell"
-    return f"needs {_duration(enough)} for +-{100.0 * WANTED:.0f} %{gives}"
+    what = "" if fit.coefficients["K"].value else "one of that size "
+    return f"{what}needs {_duration(enough)} for +-{100.0 * WANTED:.0f} %{gives}"
 
 
 def _duration(span_s: float) -> str:
