@@ -7,7 +7,8 @@ import numpy as np
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading
 from oio.core.settings import in_range, settings
-from oio.gas.bouts import Bout, DetectionRule, Detector, effective_samples
+from oio.gas.bouts import Bout, effective_samples
+from oio.gas.detection_rule import DetectionRule, Detector
 from oio.gas.source import Source
 from oio.gas.trace import Trace
 from oio.inference.uncertainty import TypeA, type_a

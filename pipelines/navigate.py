@@ -10,8 +10,8 @@ from oio.core.records import JointState, seconds
 from oio.core.settings import in_range, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
-from oio.gas.bouts import DetectionRule
 from oio.gas.detection import WhiffDetector
+from oio.gas.detection_rule import DetectionRule
 from oio.gas.range_law import LAW
 from oio.inference.base import Localizer
 from oio.inference.map_fit import Fit

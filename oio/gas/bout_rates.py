@@ -8,7 +8,8 @@ from scipy.signal import lfilter
 from scipy.stats import binomtest
 
 from oio.core.records import Array, GasReading, nanoseconds
-from oio.gas.bouts import Bout, DetectionRule, ElementBaseline, element_baseline
+from oio.gas.bouts import Bout, ElementBaseline, element_baseline
+from oio.gas.detection_rule import DetectionRule
 
 COVERAGE = 0.95
 

@@ -7,7 +7,6 @@ bouts.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -41,27 +40,6 @@ class Bout:
     delta_ppm: float
     fired: bool
     spread_ppm: float  # standard deviation of the k readings in the window
-
-
-class Detector(Protocol):
-    """A live bout rule: it is fed one reading at a time."""
-
-    def feed(self, reading: GasReading) -> Bout | None:
-        """Process one reading; None until there is enough of them."""
-        ...
-
-
-@runtime_checkable
-class DetectionRule(Protocol):
-    """The choice `bout=NAME`: what counts as a bout."""
-
-    def window(self, dof: int) -> int:
-        """Return the window k of the moving average for `dof` joints; raises BadInput if none is configured."""
-        ...
-
-    def detector(self, k: int, baselines: tuple[ElementBaseline, ...]) -> Detector:
-        """Make it live, for the clean-air baselines of the elements."""
-        ...
 
 
 @settings

@@ -12,10 +12,12 @@ from oio.cli.exit_codes import run_command
 from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.identify.display import save, show
+from oio.identify.element_quantities import element_rows
 from oio.identify.logged import read_run
-from oio.identify.quantities import Row, delay_rows, element_rows, identified, noise_rows, step_rows, twin_rows
 from oio.identify.record import Record
+from oio.identify.record_quantities import delay_rows, noise_rows, step_rows, twin_rows
 from oio.identify.recorded import bout_rule, read_recording
+from oio.identify.row import Row, identified
 
 MANY = 4  # elements beyond which only their noise is shown
 EXAMPLES = """\

@@ -11,8 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from oio.core.errors import BadInput
-from oio.identify.quantities import Row
 from oio.identify.record import Record
+from oio.identify.row import Row
 
 WIDTH = 80
 SCHEMA = "oio.identify/1"

@@ -9,7 +9,7 @@ from oio.cli.compose import compose
 from oio.cli.plugins import plugin_packages
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.gas.bouts import DetectionRule
+from oio.gas.detection_rule import DetectionRule
 from oio.identify.record import ElementReadings, Record
 
 CAUTION = "What the gas of the room does counts as noise and drift of the sensor: they are upper limits unless its air was clean."

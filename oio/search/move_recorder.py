@@ -4,8 +4,8 @@ import numpy as np
 
 from oio.core.records import Array, GasReading, Innovation, JointState
 from oio.estimators.odometry import Odometry
-from oio.gas.bouts import Detector
 from oio.gas.detection import WhiffDetector
+from oio.gas.detection_rule import Detector
 from oio.search.view import Move
 
 

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from oio.core.errors import BadInput
 from oio.core.records import GasReading
-from oio.gas.bouts import BoutRule, DetectionRule, ElementBaseline
+from oio.gas.bouts import BoutRule, ElementBaseline
 from oio.gas.cusum import CusumRule, decision_interval, run_length
+from oio.gas.detection_rule import DetectionRule
 
 KNOWN = ElementBaseline(ppm=10.0, sigma_ppm=1.0, highest_ppm=11.0, n=10**6, n_effective=1e12)
 WINDOWS = {1: 3, 2: 5, 3: 7, 5: 11}
