@@ -7,7 +7,8 @@ import numpy as np
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, Event, GasReading
 from oio.core.settings import in_range, settings
-from oio.gas.bouts import Bout, BoutDetector, BoutRule, effective_samples
+from oio.gas.bouts import Bout, effective_samples
+from oio.gas.detection_rule import DetectionRule, Detector
 from oio.gas.source import Source
 from oio.gas.trace import Trace
 from oio.inference.uncertainty import TypeA, type_a
@@ -25,7 +26,7 @@ class CalibrateBouts:
     sensor: Sensor
     arm: Arm
     bandit: Bandit
-    bout: BoutRule
+    bout: DetectionRule
     beacon: Source
     moves_per_rung: int
     sniff_s: float  # how long each move's sniff lasts at least; a rung lasts two windows at least
@@ -45,7 +46,7 @@ class CalibrateBouts:
 
     def _rung(self, context: Context, dof: int, trace: Trace) -> TypeA:
         k = self.bout.window(dof)
-        detector, values = BoutDetector(self.bout, k, context.need(BaselineResult).elements), Values.none(dof)
+        detector, values = self.bout.detector(k, context.need(BaselineResult).elements), Values.none(dof)
         steps: list[Bout] = []
         for move in range(self.moves_per_rung):
             q = context.world.goal
@@ -67,7 +68,7 @@ class CalibrateBouts:
         place = self.beacon.position
         return place is None or bool(self.arm.clearance_m(here, goal, np.array(place)) > self.beacon.approach_m)
 
-    def _sniff(self, context: Context, goal: Array, detector: BoutDetector, trace: Trace, k: int) -> list[Bout]:
+    def _sniff(self, context: Context, goal: Array, detector: Detector, trace: Trace, k: int) -> list[Bout]:
         dwell_s = max(self.sniff_s, 2 * k * self.sensor.sample_s / self.moves_per_rung)
         bouts: list[Bout] = []
         for sensed in sniff(context, self.sensor, goal, dwell_s):

@@ -10,8 +10,8 @@ from oio.core.records import JointState, seconds
 from oio.core.settings import in_range, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
-from oio.gas.bouts import BoutDetector, BoutRule
 from oio.gas.detection import WhiffDetector
+from oio.gas.detection_rule import DetectionRule
 from oio.gas.range_law import LAW
 from oio.inference.base import Localizer
 from oio.inference.map_fit import Fit
@@ -37,7 +37,7 @@ class Navigate:
     ekf: Estimator
     belief_map: Localizer
     search: Strategy
-    bout: BoutRule
+    bout: DetectionRule
     mapping: MappingPolicy
     whiff_sigmas: float  # a whiff is so far above what is left of an earlier sniff, in standard deviations of one reading
     max_moves: int
@@ -89,7 +89,7 @@ class Navigate:
 
     def _recorder(self, context: Context, odometry: Odometry) -> MoveRecorder:
         baselines = context.need(Calibration).baselines
-        bouts = BoutDetector(self.bout, self.bout.window(self.arm.dof), baselines)
+        bouts = self.bout.detector(self.bout.window(self.arm.dof), baselines)
         return MoveRecorder(odometry, bouts, WhiffDetector(baselines, odometry.prior.model.fall_s), self.whiff_sigmas)
 
     def _is_narrow(self, context: Context, odometry: Odometry, moves: tuple[Move, ...], mapped: int) -> bool:

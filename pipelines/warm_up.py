@@ -5,10 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from oio.core.errors import NotSettled
+from oio.core.errors import BadInput, NotSettled
 from oio.core.interfaces import Sensor
 from oio.core.records import GasReading, GasSample, seconds
 from oio.core.settings import in_range, settings
+from oio.identification.stationarity import kpss
 from oio.results.calibration import WarmUpResult
 from oio.runtime.context import Context
 
@@ -24,10 +25,14 @@ class WarmUp:
     window_s: float  # a line is fitted to the last so many seconds ...
     readings: int  # ... and to so many readings of each element at least
     max_s: float  # then the stage gives up
+    rule: str  # slope, or kpss: the readings in the window are stationary at 5 %
+    drift_record_s: float  # clean air that is recorded afterwards, for `python -m oio.identify`
 
     def check(self) -> None:
-        """Refuse windows too short for a line with an error."""
-        in_range(self, window_s=(0.0, 1e5), readings=(4, 10_000), max_s=(0.1, 1e6))
+        """Refuse windows too short for a line with an error, and an unknown rule."""
+        in_range(self, window_s=(0.0, 1e5), readings=(4, 10_000), max_s=(0.1, 1e6), drift_record_s=(0.0, 1e6))
+        if self.rule not in ("slope", "kpss"):
+            raise BadInput(f"WarmUp.rule is '{self.rule}', but it can be slope or kpss. Type stage.warm_up.rule=slope.")
 
     def run(self, context: Context) -> WarmUpResult:
         """Returns the slopes at the end; raises NotSettled with the measured slope after max_s."""
@@ -43,14 +48,29 @@ class WarmUp:
                 slopes = [_slope_ppm_per_min(w) for w in window]
                 worst = max(slopes, key=lambda pair: abs(pair[0]))
                 context.log.progress(context.world.t_ns, "slope to vanish", f"{worst[0]:+.2f} +- {worst[1]:.2f} ppm/min")
-                if all(abs(slope) <= max(self.sensor.settled_ppm_per_min, 2.0 * u) for slope, u in slopes):
-                    return self._settled(window, slopes, seconds(context.world.t_ns - began))
+                if self._at_rest(window, slopes):
+                    settled = self._settled(window, slopes, seconds(context.world.t_ns - began))
+                    self._record_drift(context)
+                    return settled
         raise NotSettled(self._complaint(waited, window))
 
     @property
     def _needed(self) -> int:
         """Readings of each element in the window."""
         return max(self.readings, round(self.window_s / (self.sensor.sample_s * self.sensor.elements)))
+
+    def _at_rest(self, window: Window, slopes: list[tuple[float, float]]) -> bool:
+        if self.rule == "kpss":
+            return all(kpss(np.array([r.ppm for r in w])).stationary for w in window)
+        return all(abs(slope) <= max(self.sensor.settled_ppm_per_min, 2.0 * u) for slope, u in slopes)
+
+    def _record_drift(self, context: Context) -> None:
+        if self.drift_record_s == 0.0:
+            return  # not even a span without length goes to the log
+        context.log.progress(context.world.t_ns, "drift record", f"{self.drift_record_s:g} s of clean air")
+        for sample in context.world.samples(self.drift_record_s):
+            if isinstance(sample, GasSample):
+                context.log.reading(self.sensor.reading(sample))
 
     def _settled(self, window: Window, slopes: list[tuple[float, float]], waited_s: float) -> WarmUpResult:
         ratio = [_variance_about_line(w) / w[-1].sigma_ppm ** 2 for w in window]

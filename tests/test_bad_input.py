@@ -13,6 +13,7 @@ from mcap.writer import Writer
 from oio.cli import run
 
 ROOT = Path(__file__).resolve().parents[1]
+RECORDINGS = "airscout32, co2_scd30x4, orebro3dsen, scd30_windows, sgp30_64h, smellnet, waag_ec"
 STAGES = ("assemble_qr", "baseline", "calibrate_bouts", "evaluate", "map_beliefs", "navigate", "warm_up")
 
 
@@ -109,8 +110,8 @@ REFUSED = [
     (["backend=replay"], "backend.log has no value. Type backend.log=VALUE."),
     (["backend=replay", "backend.log=/nope"], ["/nope", "no such file", "run.mcap"]),
     (["backend.log=/nope"], ["backend.log"]),
-    (["backend=recording"], ["recording", "airscout32, co2_scd30x4, orebro3dsen"]),
-    (["backend=recording", "recording=x"], ["recording=x", "airscout32, co2_scd30x4, orebro3dsen"]),
+    (["backend=recording"], ["recording", RECORDINGS]),
+    (["backend=recording", "recording=x"], ["recording=x", RECORDINGS]),
 ]
 
 

@@ -21,6 +21,8 @@ class AirScout32:
     origin: str  # download address of the file
     columns: tuple[str, ...]  # one per element of the alternating pair
     saturated_ppm: float
+    warm_up_max_s: float  # time-outs of the stages, which take them from here
+    baseline_max_s: float
 
     def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or unusable."""
@@ -30,7 +32,9 @@ class AirScout32:
         """Return the usable rows of a file's bytes; raises BadInput if there are none."""
         form = TextFormat("utf-8-sig", ",", "Timestamp", _milliseconds, self.columns, self.saturated_ppm)
         table = read_table(data, form, self.file)
-        return RecordedRows(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
+        return RecordedRows(
+            self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped, columns=self.columns
+        )
 
     def parts(self) -> Mapping[str, Part]:
         """Return the parts: the whole session, played while no source is presented."""

@@ -18,6 +18,8 @@ class Co2Scd30x4:
     origin: str  # download address of the file
     columns: tuple[str, ...]  # the units that make the alternating pair
     saturated_ppm: float
+    warm_up_max_s: float  # time-outs of the stages, which take them from here
+    baseline_max_s: float
 
     def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or unusable."""
@@ -27,7 +29,9 @@ class Co2Scd30x4:
         """Return the usable rows of a file's bytes; raises BadInput if there are none."""
         columns = tuple(f"Concentration [ppm] at {unit}" for unit in self.columns)
         table = read_table(data, TextFormat("utf-8-sig", ";", "Time", _clock, columns, self.saturated_ppm), self.file)
-        return RecordedRows(self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped)
+        return RecordedRows(
+            self.file, table.t_s, table.values, place_m=None, source_m=None, release_s=0.0, dropped=table.dropped, columns=self.columns
+        )
 
     def parts(self) -> Mapping[str, Part]:
         """Return the parts: the whole session, played while no source is presented."""

@@ -51,7 +51,8 @@ class Orebro3DSEN:
         table = read_table(data, TextFormat("mac_roman", ",", "t (s)", float, names, saturated=np.inf), where)
         place_m = np.array(list(product(self.x_m, self.y_m, self.z_m)))
         release_s = self.release_s - table.start_s
-        return RecordedRows(where, table.t_s, table.values, place_m, np.array(self.source_m), release_s, table.dropped)
+        columns = tuple(name.removesuffix(" (ppm)") for name in names)
+        return RecordedRows(where, table.t_s, table.values, place_m, np.array(self.source_m), release_s, table.dropped, columns)
 
     def parts(self) -> Mapping[str, Part]:
         """Return the parts: clean air before the release, then the beacon; the search has a run of its own."""

@@ -24,12 +24,16 @@ class RecordedRows:
     source_m: Array | None  # (3,) m, position of the release; None: unknown
     release_s: float  # start of the release, on the clock of `t_s`; 0 if there was none
     dropped: Mapping[str, int]  # reason -> rows
+    columns: tuple[str, ...] = ()  # (m,) names of the columns in the file
+    unit: str = "ppm"  # of `ppm`, where the file holds something else that is played as if it were ppm
+    climate: Array | None = None  # (k, 2) temperature [degC] and relative humidity [%] beside the readings; None: not recorded
 
     def __post_init__(self) -> None:
         k, m = self.ppm.shape
-        shapes = (self.t_s.shape == (k,), self.place_m is None or self.place_m.shape == (m, 3))
+        shapes: tuple[bool, ...] = (self.t_s.shape == (k,), self.place_m is None or self.place_m.shape == (m, 3))
+        shapes += (not self.columns or len(self.columns) == m, self.climate is None or self.climate.shape == (k, 2))
         if not all(shapes) or (self.source_m is not None and self.source_m.shape != (3,)):
-            raise ValueError(f"{self.name}: ppm is {self.ppm.shape}, so t_s must be ({k},), place_m ({m}, 3) and source_m (3,)")
+            raise ValueError(f"{self.name}: ppm is {self.ppm.shape}, t_s must be ({k},), place_m ({m}, 3), source_m (3,), climate ({k}, 2)")
 
     @property
     def account(self) -> str:

@@ -31,6 +31,7 @@ GROUPS = (
     "arm",
     "ekf",
     "belief_map",
+    "bout",
     "search",
     "stage",
     "protocol",

@@ -13,6 +13,8 @@ PLAIN = re.compile(r"\+{0,2}[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*|calibration=[\w\-./]
 ANSWERS = "protocol.answers"
 OF_A_WORLD = ("backend", "recording")  # groups of which a replay has its own
 
+RECORDING = ("recording", "recording.warm_up_max_s", "recording.baseline_max_s")  # what stages know of a recording: their time-outs
+
 
 def replayed(arguments: list[str]) -> list[str]:
     """For backend=replay: prepend the overrides with which the log was written, except those that the command line gives."""
@@ -48,6 +50,8 @@ def _is_plain(override: object) -> bool:
 
 
 def _may_pass(key: str, given: Collection[str], without: Collection[str]) -> bool:
+    if key in RECORDING:
+        return key not in given
     return key not in given and key.split(".")[0] not in without and key[0] != "_" and "_target_" not in key
 
 

@@ -5,6 +5,7 @@ baseline measurements"; both interpretations are config keys. Offsets and thresh
 bouts.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,23 +54,38 @@ class BoutRule:
         """Raise BadInput for an unknown differential or threshold, or a window of fewer than 2 readings."""
         if self.differential not in ("smoothed", "raw"):
             raise BadInput(f"bout.differential is '{self.differential}', but it can be smoothed or raw. Type bout.differential=smoothed.")
+        if self.threshold == "cusum":
+            raise BadInput("bout.threshold=cusum was given, but CUSUM is a rule of its own. Type bout=cusum.")
         if self.threshold not in ("max", "mean_plus_3_sigma"):
             raise BadInput(f"bout.threshold is '{self.threshold}', but it can be max or mean_plus_3_sigma. Type bout.threshold=max.")
-        if min(self.window_by_dof.values(), default=0) < 2:
-            raise BadInput(f"bout.window_by_dof is {self.window_by_dof}, but every window must have at least 2 readings.")
+        refuse_short_windows(self.window_by_dof)
 
     def window(self, dof: int) -> int:
         """Return the window k for `dof` joints; raises BadInput if none is configured."""
-        if dof not in self.window_by_dof:
-            raise BadInput(
-                f"bout.window_by_dof has no window for dof={dof}; it has {self.window_by_dof}. Add one, e.g. "
-                f"'+bout.window_by_dof={{{dof}: 13}}'."
-            )
-        return self.window_by_dof[dof]
+        return window_for(self.window_by_dof, dof)
+
+    def detector(self, k: int, baselines: tuple[ElementBaseline, ...]) -> "BoutDetector":
+        """Make it live, for the clean-air baselines of the elements."""
+        return BoutDetector(self, k, baselines)
 
     def threshold_ppm(self, element_baseline: ElementBaseline) -> float:
         """Return the threshold [ppm] for an element's reading above its own baseline mean."""
         return element_baseline.highest_ppm - element_baseline.ppm if self.threshold == "max" else 3.0 * element_baseline.sigma_ppm
+
+
+def refuse_short_windows(window_by_dof: Mapping[int, int]) -> None:
+    """Raise BadInput for a window of fewer than 2 readings."""
+    if min(window_by_dof.values(), default=0) < 2:
+        raise BadInput(f"bout.window_by_dof is {window_by_dof}, but every window must have at least 2 readings.")
+
+
+def window_for(window_by_dof: Mapping[int, int], dof: int) -> int:
+    """Return the window for `dof` joints; raises BadInput if there is none."""
+    if dof not in window_by_dof:
+        raise BadInput(
+            f"bout.window_by_dof has no window for dof={dof}; it has {window_by_dof}. Add one, e.g. '+bout.window_by_dof={{{dof}: 13}}'."
+        )
+    return window_by_dof[dof]
 
 
 class BoutDetector:

@@ -4,15 +4,15 @@ import numpy as np
 
 from oio.core.records import Array, GasReading, Innovation, JointState
 from oio.estimators.odometry import Odometry
-from oio.gas.bouts import BoutDetector
 from oio.gas.detection import WhiffDetector
+from oio.gas.detection_rule import Detector
 from oio.search.view import Move
 
 
 class MoveRecorder:
     """Passes sensor data to all three in the order of time. Missed readings reach the odometry alone, which does not count them."""
 
-    def __init__(self, odometry: Odometry, bouts: BoutDetector, whiffs: WhiffDetector, whiff_sigmas: float) -> None:
+    def __init__(self, odometry: Odometry, bouts: Detector, whiffs: WhiffDetector, whiff_sigmas: float) -> None:
         self._odometry, self._bouts, self._whiffs, self._whiff_sigmas = odometry, bouts, whiffs, whiff_sigmas
         self._bout_flags = [0]
 

@@ -2,7 +2,6 @@
 
 import gzip
 import os
-from datetime import UTC, datetime
 from itertools import combinations
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from hardware.recordings.recording_parts import Loader, RecordedRows
 from oio.core.errors import BadInput
 
 CONF = Path(__file__).resolve().parents[3] / "conf" / "recording"
-NAMES = ["airscout32", "co2_scd30x4", "orebro3dsen"]
+NAMES = ["airscout32", "co2_scd30x4", "orebro3dsen", "scd30_windows", "sgp30_64h", "smellnet", "waag_ec"]
 DATA = Path(os.environ.get("OIO_DATA", "data"))
 real = pytest.mark.skipif(not (DATA / "airscout32").is_dir(), reason="no recordings here: OIO_DATA names no folder that has them")
 
@@ -120,11 +119,19 @@ HEADS = {
     "airscout32": "Timestamp,Date,Gas1,Gas2",
     "co2_scd30x4": "Time;" + ";".join(f"Concentration [ppm] at {unit}" for unit in ("VYU", "VYV", "21kv", "VZ2")),
     "orebro3dsen": "# t (s)," + ",".join(f"C_{i}{j}{k} (ppm)" for i in range(3) for j in range(3) for k in range(3)),
+    "scd30_windows": "SCD30 sensor\ndate, co2, temperature_C, relative_humidity,comment",
+    "sgp30_64h": "time,rel. Time,tVOC,CO2eq,Ethanol,H2,Temperature,Rel. Humidity",
+    "smellnet": "NO2,C2H5OH,VOC,CO,Temperature,Humidity",
+    "waag_ec": "localTime,ggd,waag_1184739,waag_53788",
 }
 GOOD = {
     "airscout32": lambda t: f"{1000 * t},2025-09-14,1250.0,51.0",
     "co2_scd30x4": lambda t: f"2024-10-07 12:{t // 60 % 60:02d}:{t % 60:02d};113;449;78;765",
     "orebro3dsen": lambda t: ",".join([str(t), *["0.042"] * 27]),
+    "scd30_windows": lambda t: f"2024-01-11T16:{t // 60 % 60:02d}:{t % 60:02d}.5,1379.4,24.9,27.5,None",
+    "sgp30_64h": lambda t: f"{1604752484 + 10 * t}.34,1,0,400,20431,14372,27.4,38.0\nend,true,20431,20431,14372,14372,27.4,38.0",
+    "smellnet": lambda t: "40,62,83,733,33.59,100.0",
+    "waag_ec": lambda t: f"2016-06-02 {t % 24:02d}:00:00+02:00, 14.1, 27.8, 24.3",
 }
 SPOILS = ["nan", "inf", "", ";", ",", "\r", "\n", "\x00", "40000", "4294967295", "end,", "-1e999", "9" * 400, "é", "١", '"', "0001-01-01"]
 
@@ -178,6 +185,8 @@ def test_rising_stamps_lose_nothing_and_the_clock_does_not_matter(stamps, shift)
 @real
 @pytest.mark.parametrize(("name", "rows", "columns", "dropped"), [
     ("airscout32", 188, 2, {}), ("co2_scd30x4", 2700, 2, {"short": 2}), ("orebro3dsen", 15239, 27, {}),
+    ("scd30_windows", 2595, 1, {"saturated": 12, "not a number": 5, "out of order": 1}), ("sgp30_64h", 22768, 2, {"repeated": 22768}),
+    ("smellnet", 608, 2, {}), ("waag_ec", 1006, 2, {"not a number": 1107}),
 ])  # fmt: skip
 def test_parser_real(name, rows, columns, dropped):
     got = loader(name).load()
@@ -185,30 +194,45 @@ def test_parser_real(name, rows, columns, dropped):
     check_sound(got)
 
 
-@real
-@pytest.mark.parametrize(("file", "time", "column", "reasons"), [
-    ("sgp30_64h/2_dataset_test_18d__device1_continuous.csv.gz", "time", "Ethanol", {"repeated"}),
-    ("scd30_windows/logs_co2.txt", "date", "co2", {"not a number", "saturated"}),
+@pytest.mark.parametrize("name", NAMES)
+def test_good_rows_are_all_kept_and_know_their_columns(name):
+    chosen, text = loader(name), "\n".join([HEADS[name], *(GOOD[name](t) for t in range(20))])
+    got = parse(name, text.encode())
+    assert len(got.t_s) == 20 and len(got.columns) == got.ppm.shape[1]
+    if hasattr(chosen, "columns"):
+        assert got.columns == chosen.columns
+    assert (got.climate is None) == (not hasattr(chosen, "climate_columns"))
+    assert got.climate is None or got.climate.shape == (20, 2)
+
+
+def test_raw_signals_become_concentrations_by_sensirions_law():
+    """512 ticks fewer are e times the gas; ticks themselves are kept on demand."""
+    rows = "\n".join([HEADS["sgp30_64h"], *(f"{t},1,0,400,{20431 - 512 * t},14372,27.4,38.0" for t in range(3))]).encode()
+    ppm, ticks = loader("sgp30_64h").parse(rows), loader("sgp30_64h", unit="ticks").parse(rows)
+    np.testing.assert_allclose(ppm.ppm, [[0.4, 0.5], [0.4 * np.e, 0.5], [0.4 * np.e**2, 0.5]], rtol=1e-9)
+    assert ticks.ppm[:, 0].tolist() == [20431, 19919, 19407] and (ppm.unit, ticks.unit) == ("ppm", "ticks")
+
+
+def test_micrograms_become_ppm_and_the_hour_that_winter_time_repeats_counts():
+    rows = "\n".join([HEADS["waag_ec"], "2016-10-30 02:00:00+02:00,1,1913,19.13", "2016-10-30 02:00:00+01:00,1,1913,19.13"])
+    got = loader("waag_ec").parse(rows.encode())
+    assert got.t_s.tolist() == [0, 3600] and got.ppm.tolist() == [[1.0, 0.01], [1.0, 0.01]]
+    assert parse("waag_ec", rows.replace("+02:00", "").replace("+01:00", "").encode()) is None
+
+
+def test_rows_without_stamps_are_numbered_and_a_dropped_one_leaves_its_gap():
+    good = GOOD["smellnet"](0)
+    got = loader("smellnet", period_s=2.0).parse("\n".join([HEADS["smellnet"], good, "40,4294967295,83,733,33.5,99", good, good]).encode())
+    assert got.t_s.tolist() == [0, 4, 6] and got.dropped == {"without a sensor": 1} and got.unit == "counts"
+
+
+@pytest.mark.parametrize(("name", "changes", "said"), [
+    ("sgp30_64h", {"unit": "ppb"}, "ppm or ticks"), ("sgp30_64h", {"columns": ["H2"]}, "need as many"),
+    ("waag_ec", {"ug_m3_per_ppm": 0.0}, "greater than 0"), ("smellnet", {"period_s": 0.0}, "period_s"),
 ])  # fmt: skip
-def test_parser_real_other_instruments(file, time, column, reasons):
-    def clock(cell: str) -> float:
-        return datetime.fromisoformat(cell).replace(tzinfo=UTC).timestamp()
-
-    path = DATA / file
-    if not path.is_file():
-        pytest.skip(f"{file} is not here")
-    data = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
-    got = read_table(data, TextFormat("utf-8-sig", ",", time, clock if time == "date" else float, (column,), 40000.0), file)
-    assert reasons <= set(got.dropped) and len(got.t_s) > 1000
-
-
-@real
-def test_parser_real_without_stamps_is_refused():
-    path = DATA / "smellnet" / "apple.31a9872a75df.csv"
-    if not path.is_file():
-        pytest.skip("smellnet is not here")
-    with pytest.raises(BadInput, match="no header"):
-        read_table(path.read_bytes(), TextFormat("utf-8-sig", ",", "Time", float, ("Benzene",), np.inf), path.name)
+def test_settings_that_cannot_be_are_refused(name, changes, said):
+    with pytest.raises(InstantiationException, match=said):
+        loader(name, **changes)
 
 
 @real

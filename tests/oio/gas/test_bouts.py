@@ -128,6 +128,7 @@ def test_five_readings_on_one_count_are_luck_not_silence():
     ("choices", "said"),
     [
         ({"differential": "central"}, "bout.differential is 'central', but it can be smoothed or raw"),
+        ({"threshold": "cusum"}, "Type bout=cusum"),
         ({"threshold": "mean"}, "bout.threshold is 'mean', but it can be max or mean_plus_3_sigma"),
         ({"windows": {1: 1}}, "every window must have at least 2 readings"),
     ],
