@@ -7,6 +7,7 @@ import numpy as np
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, Event, GasReading
 from oio.core.settings import in_range, settings
+from oio.gas.bout_rates import CleanAir, simulated_false_alarms
 from oio.gas.bouts import Bout, effective_samples
 from oio.gas.detection_rule import DetectionRule, Detector
 from oio.gas.source import Source
@@ -16,6 +17,8 @@ from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration
 from oio.runtime.context import Context, sniff
 from oio.search.bandit import Bandit, Values
+
+_RATES: dict[str, float] = {}  # false alarms by rule, window and elements: the same in every run of a process
 
 
 @settings
@@ -42,7 +45,7 @@ class CalibrateBouts:
         context.world.present("beacon")
         trace = Trace(self.path_period_s, self.trace_limit)
         rungs = [self._rung(context, dof, trace) for dof in self.arm.ladder if dof <= self.arm.dof]
-        return BoutCalibration(tuple(rungs), trace)
+        return BoutCalibration(tuple(rungs), trace, _false_alarm_rate(self.bout, self.bout.window(self.arm.dof), self.sensor.elements))
 
     def _rung(self, context: Context, dof: int, trace: Trace) -> TypeA:
         k = self.bout.window(dof)
@@ -86,3 +89,12 @@ class CalibrateBouts:
         s = float(np.sqrt(np.mean(np.square(spreads)))) if spreads else 0.0
         worth = effective_samples(k, self.sensor.sample_s, self.sensor.tau_rise_s)
         return TypeA(dof, k, s, type_a(s, k), type_a(s, worth), len(fired), self.moves_per_rung)
+
+
+def _false_alarm_rate(rule: DetectionRule, k: int, elements: int) -> float:
+    """Share of clean-air readings, white noise about a baseline of five, that the rule takes for bouts; once per process."""
+    key = repr((rule, k, elements))
+    if key not in _RATES:
+        air, rng = CleanAir(sigma_ppm=1.0, tau_s=0.0, dt_s=1.0, elements=elements), np.random.default_rng(0)
+        _RATES[key] = simulated_false_alarms(rule, k, air, rng, steps=100, trials=30).value
+    return _RATES[key]

@@ -77,7 +77,7 @@ def run(name, folder):
     logs = {f"{{{other}}}": str(run(other, folder) / "run.mcap") for other in told if other}
     for hole, log in logs.items():
         words = tuple(word.replace(hole, log) for word in words)
-    command = [sys.executable, "-m", "oio.run", *words, EVERY_BELIEF, f"hydra.run.dir={out}"]
+    command = [sys.executable, "-m", "oio.run", *words, EVERY_BELIEF, "report=false", f"hydra.run.dir={out}"]
     done = subprocess.run(command, cwd=ROOT, env={**os.environ, **PORTABLE}, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     return out

@@ -146,7 +146,7 @@ def test_every_missing_key_is_named(built, made, tmp_path):
 
 
 def run(out, *words):
-    line = [sys.executable, "-m", "oio.run", *WORDS, *words, f"hydra.run.dir={out}"]
+    line = [sys.executable, "-m", "oio.run", *WORDS, *words, "report=false", f"hydra.run.dir={out}"]
     return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
 

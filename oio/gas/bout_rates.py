@@ -4,8 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
-from scipy.stats import binomtest
 
 from oio.core.records import Array, GasReading, nanoseconds
 from oio.gas.bouts import Bout, ElementBaseline, element_baseline
@@ -29,6 +27,8 @@ class Rate:
     @property
     def interval(self) -> tuple[float, float]:
         """Wilson's interval: within 0 and 1, and none among many is not never."""
+        from scipy.stats import binomtest  # here: half a second of import, which a run can do without
+
         found = binomtest(self.count, self.trials).proportion_ci(COVERAGE, method="wilson")
         return float(found.low), float(found.high)
 
@@ -47,7 +47,10 @@ class CleanAir:
         rho = np.exp(-self.dt_s * self.elements / self.tau_s) if self.tau_s > 0.0 else 0.0
         white = rng.standard_normal((n, self.elements))
         white[1:] *= np.sqrt(1.0 - rho**2)
-        return np.asarray(self.sigma_ppm * lfilter([1.0], [1.0, -rho], white, axis=0))
+        if rho > 0.0:
+            for i in range(1, n):
+                white[i] += rho * white[i - 1]
+        return np.asarray(self.sigma_ppm * white)
 
 
 def simulated_false_alarms(

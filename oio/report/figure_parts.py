@@ -9,6 +9,7 @@ from oio.figures.search_map import search_map
 from oio.figures.timelines import source_error
 from oio.report.drawing import Drawing
 from oio.report.material import Material
+from oio.report.sensor_part import sensor_drawings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +31,7 @@ def drawings(material: Material) -> dict[str, list[Drawing]]:
                 lambda f: bout_signal(f.subplots(), material.story, material.bouts(), material.baselines_ppm()),
             )
         ],
+        "sensor": sensor_drawings(material),
         "filter": [
             Drawing(
                 "nis", (9.0, 3.2), "Normalised innovation squared of the search: about 1 on average if Q and R are right.",

@@ -8,12 +8,13 @@ import numpy as np
 import yaml
 
 from oio.core.errors import BadInput
-from oio.core.records import Array, Event, Innovation
+from oio.core.records import Array, Event, Innovation, seconds
 from oio.figures.run_history import RunHistory, run_history
 from oio.figures.titles import read_summary
 from oio.log import read_run
 
 Document = dict[str, Any]
+CLEAN = ("warm_up", "baseline")  # stages without a source
 SAFE = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # plain data only; in C, where there is one, ten times as fast
 
 
@@ -50,6 +51,16 @@ class Material:
     def baselines_ppm(self) -> list[float]:
         """Baseline of each element [ppm]."""
         return [float(element["ppm"]) for element in self.stages.get("baseline", {}).get("elements", [])]
+
+    def clean_air(self) -> dict[str, tuple[Array, Array]]:
+        """Readings in clean air by element: t_s (n,) s and ppm (n,), of the stages without a source."""
+        spans = [span for span in self.story.spans if span.stage in CLEAN]
+        rows = [(r.element, seconds(r.t_ns), r.ppm) for r in self.story.readings if np.isfinite(r.ppm)]
+        inside = [row for row in rows if any(span.begin_s <= row[1] <= span.end_s for span in spans)]
+        found = {
+            e: np.array(sorted({t_s: ppm for element, t_s, ppm in inside if element == e}.items())) for e in {row[0] for row in inside}
+        }
+        return {f"element {e}": (found[e][:, 0], found[e][:, 1]) for e in sorted(found)}
 
     def bouts(self) -> list[Event]:
         """Bouts of the calibration."""

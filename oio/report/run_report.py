@@ -14,11 +14,13 @@ from oio.report.numbers_part import calibration_part, truth_part
 from oio.report.page import Part, figure, page
 from oio.report.provenance_part import assumptions_part, provenance_part
 from oio.report.scene_3d import scripts, traces
+from oio.report.sensor_part import sensor_table
 from oio.report.verdict_part import criteria_part, lead
 
 HEADINGS = {
     "place": "Where the source is",
     "signal": "Readings and bouts",
+    "sensor": "The sensor alone",
     "filter": "Is the filter consistent?",
     "nose": "Where the nose is",
 }
@@ -34,13 +36,18 @@ def run_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
     material = Material.read(folder)
     drawn = drawings(material)
     published = yaml.safe_load((CONF / "table_1.yaml").read_text(encoding="utf-8"))
-    parts = [criteria_part(material), *(_figures(anchor, drawn[anchor]) for anchor in HEADINGS), calibration_part(material, published)]
+    parts = [
+        criteria_part(material),
+        *(_figures(anchor, drawn[anchor], material) for anchor in HEADINGS),
+        calibration_part(material, published),
+    ]
     parts += [part for part in (truth_part(material),) if part is not None]
     parts += [assumptions_part(material), provenance_part(material)]
     title = f"OIO report: {headline(dict(material.identity), material.summary)}"
     return page(title, lead(material), parts, scripts(traces(material))), [one for some in drawn.values() for one in some]
 
 
-def _figures(anchor: str, drawn: Sequence[Drawing]) -> Part:
+def _figures(anchor: str, drawn: Sequence[Drawing], material: Material) -> Part:
     shown = "".join(figure(one.name, one.svg(), one.caption) for one in drawn)
-    return Part(anchor, HEADINGS[anchor], (SPACE if anchor == "place" else "") + shown)
+    before, after = SPACE if anchor == "place" else "", sensor_table(material) if anchor == "sensor" else ""
+    return Part(anchor, HEADINGS[anchor], before + shown + after)

@@ -41,6 +41,7 @@ class BoutCalibration:
 
     rungs: tuple[TypeA, ...]
     trace: Trace
+    false_alarm_rate: float  # of the bout rule at the top rung: share of readings in clean air that it takes for a bout
 
     @property
     def last(self) -> TypeA:

@@ -1,7 +1,7 @@
 """Criteria of the calibration on the beacon: was the known source found again, often enough, and as well as it was promised."""
 
 from oio.core.settings import settings
-from oio.results.calibration import Calibration, MapCalibration
+from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
 from oio.results.criteria.judgement import Criterion, Measured, Results
 
 TODAY = "Calibrate again, or take a baseline today: stage=[warm_up,baseline,navigate,evaluate]."
@@ -28,6 +28,20 @@ class KeptCalibration(Criterion):
     def allowed(self, unit: str) -> str:
         """In words: any remark costs the PASS."""
         return "no remark"
+
+
+@settings
+class BoutFalseAlarms(Criterion):
+    """Share of clean-air readings that the bout rule takes for gas. Bouts reward the ladder's bandit and count sniffs; no position comes
+    from them."""
+
+    def measure(self, results: Results) -> Measured | None:
+        """In percent, of the rule at the top rung."""
+        found = results.get(BoutCalibration)
+        if not isinstance(found, BoutCalibration):
+            return None
+        percent = 100.0 * found.false_alarm_rate
+        return Measured(percent, "%", f"the bout rule fires on {percent:.1f} % of clean-air readings", above="Type bout=cusum: 0.2 %.")
 
 
 @settings

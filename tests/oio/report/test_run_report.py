@@ -10,8 +10,8 @@ import pytest
 
 from oio.report.__main__ import main
 
-PARTS = ("criteria", "place", "signal", "filter", "nose", "calibration", "truth", "assumptions", "provenance")
-FIGURES = ("search", "source_error", "readings", "nis", "residuals", "nose")
+PARTS = ("criteria", "place", "signal", "sensor", "filter", "nose", "calibration", "truth", "assumptions", "provenance")
+FIGURES = ("search", "source_error", "readings", "allan", "step", "nis", "residuals", "nose")
 
 
 def text_of(path):

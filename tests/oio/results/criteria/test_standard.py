@@ -13,12 +13,12 @@ from oio.gas.bouts import ElementBaseline
 from oio.inference.map_fit import CALIBRATED
 from oio.inference.metrics import ResidualTest
 from oio.inference.uncertainty import TypeB
-from oio.results.calibration import BaselineResult, Calibration, Kept, MapCalibration, WarmUpResult
+from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, Kept, MapCalibration, WarmUpResult
 from oio.results.summary import Evaluation, Findings, Outcome, Place, Scored
 from oio.results.verdict import judge
 from oio.runtime.gas_stream import StreamGaps
 
-STANDARD = instantiate(yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text()))
+STANDARD = instantiate(yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text()), _convert_="all")
 OUTCOME = Outcome(0.01, None, 0.005, 3.0, True, 1.0, 8, 60.0, True, 0.05, (0.3, 0.0, 0.2), 0.01)
 FINDINGS = Findings(ResidualTest(0.9, 0.1, 2.0), (), 5, 0.3)
 
@@ -53,17 +53,22 @@ def unseen(dof, *sentences):
     return evaluation(replace(FINDINGS, dof=dof, unseen=sentences))
 
 
+def bouts(rate=0.03):
+    return BoutCalibration((), None, rate)
+
+
 def loaded(*remarks):
     return Calibration(*[None] * 5, 85.0, 0.5, 0.2, 0.02, 50, (), Kept("monday/calibration.yaml", "PASS", remarks))
 
 
-GOOD = (warm_up(), baseline(), beacon(), loaded(), evaluation())
+GOOD = (warm_up(), baseline(), bouts(), beacon(), loaded(), evaluation())
 CASES = {  # name: results that pass, warn and fail, each with a word of what is said
     "warm_up": [(warm_up(), "+0.10"), (warm_up(-0.5, 0.2), "-0.50 +- 0.20"), (warm_up(1.0, 0.2), "+1.00")],
     "baseline": [(baseline(2.0), "count as 2.0"), (baseline(1.2), "count as 1.2"), (baseline(1.05), "count as 1.1")],
     "noise": [(baseline(noise=1.0), "1.00"), (baseline(noise=5.0), "5.00"), (baseline(noise=20.0), "20.00")],
     "clocks": [(beacon(missing=4), "4 of 1000"), (beacon(missing=15), "15 of"), (beacon(missing=30), "silence is 2.0 s")],
     "lag": [(beacon(0.05), "10 %"), (beacon(0.12), "24 %"), (beacon(0.15), "30 %")],
+    "bout_rule": [(bouts(0.03), "3.0 %"), (bouts(0.08), "8.0 %"), (bouts(0.25), "25.0 %")],
     "repeats": [(beacon(repeats=5), "5 times"), (beacon(repeats=2), "2 times"), (beacon(repeats=1), "1 times")],
     "beacon_error": [(beacon(rms_m=0.02), "20 mm"), (beacon(rms_m=0.06), "60 mm"), (beacon(rms_m=1.5), "1500 mm")],
     "beacon_nees": [(beacon(nees=3.0), "1.00"), (beacon(nees=12.0), "4.00"), (beacon(nees=30.0), "10.00")],
