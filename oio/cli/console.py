@@ -1,13 +1,7 @@
-"""Terminal output: a progress line per stage while it runs (in a terminal only), and the table of results at the end."""
+"""The table of results at the end of a run."""
 
-import sys
 from collections.abc import Mapping
-from types import TracebackType
 from typing import Any
-
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from oio.cli import terminal
 from oio.cli.table_layout import print_table
@@ -18,39 +12,6 @@ OUTCOMES = {
     "calibrated": "calibrated",
     "calibrated_paper_assembly": "with the paper's Q, R",
 }
-
-
-class StageLines:
-    """Progress of the stages, as a watcher for `RunLog.watchers`: simulated seconds, what the stage waits for, and its current figure."""
-
-    def __init__(self, quiet: bool = False) -> None:
-        text = TextColumn("{task.description:<16} {task.fields[simulated]:>8}  {task.fields[waits]}  [bold]{task.fields[figure]}")
-        self._progress = Progress(SpinnerColumn(finished_text="✓"), text, TimeElapsedColumn(), console=Console(stderr=True))
-        self._tasks: dict[str, TaskID] = {}
-        self._on = sys.stderr.isatty() and not quiet
-
-    def __enter__(self) -> "StageLines":
-        if self._on:
-            self._progress.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self._on:
-            self._progress.stop()
-
-    def __call__(self, stage: str, state: str, t_ns: int, waits_for: str, figure: str) -> None:
-        """Called by the log when a stage begins, reports progress, ends or fails."""
-        if not self._on:
-            return
-        shown: dict[str, Any] = {"simulated": f"{t_ns / 1e9:.1f} s"}
-        if state == "begin":
-            self._tasks[stage] = self._progress.add_task(stage, total=1, waits="", figure="", **shown)
-            return
-        if state == "progress":
-            shown |= {"waits": escape(waits_for), "figure": escape(figure)}
-        if state == "failed":
-            shown |= {"waits": "[red]failed[/red]"}
-        self._progress.update(self._tasks[stage], completed=int(state == "end"), **shown)
 
 
 def show_summary(document: Mapping[str, Any], where: str) -> None:

@@ -7,8 +7,8 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from oio.cli.console import StageLines
 from oio.cli.experiment import Experiment
+from oio.cli.live_panel import LivePanel
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
 from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
@@ -55,10 +55,9 @@ def execute(
 def _stages(
     experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
 ) -> dict[type, object]:
-    arm, lines = experiment.arm, StageLines(quiet)
-    with _log(experiment, out) as log, lines:
-        log.watchers.append(lines)
-        return run_stages(experiment.stages, world, arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
+    with _log(experiment, out) as log, LivePanel.of_terminal(quiet) as panel:
+        log.watchers.append(panel)
+        return run_stages(experiment.stages, world, experiment.arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
 
 
 def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:

@@ -4,6 +4,7 @@ May import: `oio.core`. May not import: anything that interprets what is logged.
 """
 
 from oio.log.damage_survey import RecoveryReport
+from oio.log.entries import BeliefScene, BelievedNose, Entry, Progress, StageMark, Watcher
 from oio.log.memory_log import MemoryLog
 from oio.log.read import (
     read_attachment,
@@ -19,14 +20,19 @@ from oio.log.read import (
     read_states,
 )
 from oio.log.salvage import recover, salvage
-from oio.log.write import Journal, ProgressWatcher, RunLog
+from oio.log.write import Journal, RunLog
 
 __all__ = [
+    "BeliefScene",
+    "BelievedNose",
+    "Entry",
     "Journal",
     "MemoryLog",
-    "ProgressWatcher",
+    "Progress",
     "RecoveryReport",
     "RunLog",
+    "StageMark",
+    "Watcher",
     "read_attachment",
     "read_beliefs",
     "read_end",
