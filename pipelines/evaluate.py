@@ -6,7 +6,7 @@ import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
-from oio.core.records import seconds
+from oio.core.records import Event, seconds
 from oio.core.settings import in_range, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
@@ -57,6 +57,7 @@ class Evaluate:
         bound_m, posterior_bound_m = self._bounds(rerun, context.rng)
         effective = min(b.n_effective for b in context.need(BaselineResult).elements)
         verdict = judge(self._findings(rerun, outcomes["calibrated"], effective), self.limits)
+        context.log.write(Event(context.world.t_ns, "verdict", " ".join((f"{verdict.word}.", *verdict.reasons))))
         scored = score(outcomes["calibrated"], bound_m, self.arm.dof, self.limits)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(

@@ -289,7 +289,18 @@ def test_the_topics(made):
         seen = make_reader(file).get_summary()
     counts = {channel.topic: seen.statistics.channel_message_counts.get(channel.id, 0) for channel in seen.channels.values()}
     topics = ["/arm/joint_states", "/gas/ndir/sample", "/gas/ndir/reading", "/estimate/state", "/estimate/odom", "/estimate/innovation"]
-    topics += ["/belief/scene", "/events", "/log", "/tf", "/truth/state", "/truth/nose", *(f"/stage/{name}" for name in STAGES)]
+    topics += [
+        "/arm/scene",
+        "/belief/scene",
+        "/estimate/tf",
+        "/events",
+        "/log",
+        "/tf",
+        "/truth/state",
+        "/truth/nose",
+        "/truth/scene",
+        *(f"/stage/{name}" for name in STAGES),
+    ]
     assert set(topics) <= set(counts)
     assert min(counts[topic] for topic in topics) > 0
     assert all(counts[f"/stage/{name}"] == 2 for name in STAGES)

@@ -18,6 +18,7 @@ from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
+from oio.runtime.arm_display import setup_of
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
 from oio.runtime.runner import check_order, run_stages
 
@@ -56,7 +57,10 @@ def _stages(
     experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
 ) -> dict[type, object]:
     with _log(experiment, out) as log, LivePanel.of_terminal(quiet) as panel:
-        log.watchers.append(panel)
+        if panel.is_on:
+            log.watchers.append(panel)
+        if log.draws:
+            log.setup(setup_of(experiment.arm, experiment.beacon_m))
         return run_stages(experiment.stages, world, experiment.arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
 
 

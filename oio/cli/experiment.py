@@ -11,6 +11,7 @@ from typing import Any
 from oio import __version__
 from oio.core.folders import ROOT
 from oio.core.interfaces import Backend, Sensor
+from oio.core.records import Array
 from oio.kinematics.arm import Arm
 from oio.runtime.runner import Stage
 
@@ -29,6 +30,7 @@ class Experiment:
     config_yaml: str
     overrides: list[str]
     logged: bool = True  # to run.mcap; else nothing of the run is kept but its numbers
+    beacon_m: Array | None = None  # (3,) in frame base, where it is known
 
     @property
     def seed(self) -> int:

@@ -19,7 +19,7 @@ SIGNS = {"begin": ("›", "bold"), "end": ("✓", "green"), "failed": ("✗", "r
 
 
 class LivePanel:
-    """A watcher for `RunLog.watchers`, and a context. Without a console it draws nothing and looks at nothing."""
+    """A watcher for `RunLog.watchers`, and a context. Without a console it is off."""
 
     def __init__(self, console: Console | None) -> None:
         self._state, self._due_s, self._began_s = RunState(), 0.0, time.monotonic()  # clocks of the display alone
@@ -29,6 +29,11 @@ class LivePanel:
     def of_terminal(cls, quiet: bool = False) -> "LivePanel":
         """Return the panel on standard error, if that is a terminal on which things may move."""
         return cls(None if quiet or not terminal.may_move() else terminal.console(stderr=True))
+
+    @property
+    def is_on(self) -> bool:
+        """Whether there is anything to draw on."""
+        return self._live is not None
 
     def __enter__(self) -> "LivePanel":
         if self._live is not None:
@@ -42,8 +47,7 @@ class LivePanel:
 
     def __call__(self, entry: Entry) -> None:
         """Take up an entry of the log; draw if it is time."""
-        if self._live is None:
-            return
+        assert self._live is not None, "a panel that is off watches nothing"
         self._state.take(entry)
         now = time.monotonic()
         if now >= self._due_s:

@@ -4,7 +4,7 @@ May import: `oio.core`. May not import: anything that interprets what is logged.
 """
 
 from oio.log.damage_survey import RecoveryReport
-from oio.log.entries import BeliefScene, BelievedNose, Entry, Progress, StageMark, Watcher
+from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Entry, Progress, Setup, StageMark, Watcher
 from oio.log.memory_log import MemoryLog
 from oio.log.read import (
     read_attachment,
@@ -23,6 +23,7 @@ from oio.log.salvage import recover, salvage
 from oio.log.write import Journal, RunLog
 
 __all__ = [
+    "ArmFrames",
     "BeliefScene",
     "BelievedNose",
     "Entry",
@@ -31,6 +32,7 @@ __all__ = [
     "Progress",
     "RecoveryReport",
     "RunLog",
+    "Setup",
     "StageMark",
     "Watcher",
     "read_attachment",

@@ -46,5 +46,25 @@ class BeliefScene:
     text: str
 
 
-Entry = WorldSample | GasReading | Innovation | StageMark | Progress | BelievedNose | BeliefScene
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmFrames:
+    """Frames link1, ..., linkM, nose as the encoders have them, each in the one before: places (m + 1, 3) m, quaternions (m + 1, 4)."""
+
+    t_ns: int
+    places_m: Array
+    turns: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setup:
+    """What stands still: steps_m (m + 1, 3), in each frame of the arm from the base on the place where the next begins; rails of sliding
+    joints (the number of their frame and two ends (3,) m in it); the box of the nose (2, 3) m and the beacon (3,) m in frame base."""
+
+    steps_m: Array
+    rails: list[tuple[int, Array, Array]]
+    box_m: Array
+    beacon_m: Array | None
+
+
+Entry = WorldSample | GasReading | Innovation | StageMark | Progress | BelievedNose | BeliefScene | ArmFrames | Setup
 Watcher = Callable[[Entry], None]

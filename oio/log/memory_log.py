@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample
-from oio.log.entries import BeliefScene, BelievedNose, StageMark
+from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Setup, StageMark
 from oio.log.write import LONG_AGO_NS, Journal, RunLog
 
 
@@ -12,7 +12,7 @@ class MemoryLog(RunLog):
 
     def __init__(self) -> None:
         self._stage, self._last_progress_ns, self._last_estimate_ns = "", LONG_AGO_NS, LONG_AGO_NS
-        self.watchers = []
+        self._drawn_source, self.watchers = None, []
         self._kept: list[WorldSample] = []
 
     def write(self, sample: WorldSample) -> None:
@@ -44,6 +44,19 @@ class MemoryLog(RunLog):
     def spheres(self, t_ns: int, centres: Array, radii_m: Array, hypotheses: list[tuple[Array, Array]], text: str) -> None:
         """Not kept."""
         self._tell(BeliefScene(t_ns, centres, radii_m, hypotheses, text))
+
+    @property
+    def draws(self) -> bool:
+        """Whether anybody watches."""
+        return bool(self.watchers)
+
+    def setup(self, setup: Setup) -> None:
+        """Not kept."""
+        self._tell(setup)
+
+    def arm(self, frames: ArmFrames) -> None:
+        """Not kept."""
+        self._tell(frames)
 
     def attach(self, name: str, data: bytes) -> None:
         """Not kept."""

@@ -12,7 +12,7 @@ from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
 from oio.log import decode
 from oio.log.record_scanner import DAMAGE, MessageFilter, messages_so_far, records
-from oio.log.scene import hypotheses
+from oio.log.scene import belief_scene
 from oio.log.validation import check, refuse_damaged
 
 T = TypeVar("T")
@@ -71,7 +71,8 @@ def read_stages(path: Path) -> Iterator[tuple[int, str, str]]:
 
 def read_hypotheses(path: Path) -> Iterator[tuple[int, list[tuple[Array, Array]]]]:
     """Return (t_ns, hypotheses of the source, best first, each (3,) m and (3, 3) m^2) of every scene; errors as `read_samples`."""
-    return _records_of_schema(path, "foxglove.SceneUpdate", hypotheses)
+    scenes = _records_of_schema(path, "foxglove.SceneUpdate", belief_scene)
+    return ((scene.t_ns, scene.hypotheses) for scene in scenes if scene is not None)
 
 
 def _records_of_schema(path: Path, kind: str, record: Callable[[int, bytes], T]) -> Iterator[T]:

@@ -5,9 +5,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample, nanoseconds
+import numpy as np
+
+from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, Truth, WorldSample, nanoseconds
 from oio.log import encode, schemas
-from oio.log.entries import BeliefScene, BelievedNose, Entry, Progress, StageMark, Watcher
+from oio.log.arm_scene import setup_scene, source_scene, transforms
+from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Entry, Progress, Setup, StageMark, Watcher
 from oio.log.part_file import PartialLogFile
 from oio.log.plain_json import to_json
 from oio.log.read import samples_written
@@ -26,6 +29,7 @@ class RunLog:
     def __init__(self, part: PartialLogFile, sensor: str, joints: tuple[str, ...]) -> None:
         self._part, self._sensor, self._joints = part, sensor, joints
         self._stage, self._last_progress_ns, self._last_estimate_ns = "", LONG_AGO_NS, LONG_AGO_NS
+        self._drawn_source: Array | None = None
         self.watchers: list[Watcher] = []
         # All sample channels are declared in the first chunk, so that a reader may skip later chunks by their times.
         for topic, kind in encode.sample_topics(sensor).items():
@@ -51,6 +55,8 @@ class RunLog:
     def write(self, sample: WorldSample) -> None:
         """Log a world sample."""
         self._put(sample.t_ns, encode.world_sample(sample, self._sensor, self._joints))
+        if isinstance(sample, Truth):
+            self._draw_source(sample)
         self._tell(sample)
 
     def reading(self, reading: GasReading) -> None:
@@ -80,6 +86,27 @@ class RunLog:
         self._part.put("/belief/scene", t_ns, scene(t_ns, centres, radii_m, hypotheses, text))
         self._tell(BeliefScene(t_ns, centres, radii_m, hypotheses, text))
 
+    @property
+    def draws(self) -> bool:
+        """Whether anybody will look at the arm."""
+        return True
+
+    def setup(self, setup: Setup) -> None:
+        """Log what stands still, for viewers: links, box, beacon."""
+        self._part.put("/arm/scene", 0, setup_scene(0, setup))
+        self._tell(setup)
+
+    def arm(self, frames: ArmFrames) -> None:
+        """Log the frames of the arm, for viewers."""
+        self._part.put("/tf", frames.t_ns, transforms(frames))
+        self._tell(frames)
+
+    def _draw_source(self, truth: Truth) -> None:
+        """Draw the true source when it is another."""
+        if self._drawn_source is None or not np.array_equal(self._drawn_source, truth.source_m, equal_nan=True):
+            self._drawn_source = truth.source_m
+            self._part.put("/truth/scene", truth.t_ns, source_scene(truth.t_ns, truth.source_m))
+
     def attach(self, name: str, data: bytes) -> None:
         """Attach a file to the log; of two with one name, readers return the later."""
         self._part.attach(name, data)
@@ -89,6 +116,7 @@ class RunLog:
         """Log begin and end of a stage at the times of `clock`; call the yielded function with the stage's result."""
         results: list[object] = []
         outer, self._stage, self._last_progress_ns, self._last_estimate_ns = self._stage, name, LONG_AGO_NS, LONG_AGO_NS
+        self._drawn_source = None  # drawn anew in every stage: a run that goes on after some of them leaves the same bytes
         self._mark(name, "begin", clock(), None)
         try:
             yield results.append

@@ -1,7 +1,7 @@
 """The world as stages see it: every sample is logged before a stage sees it, every command is checked before the arm does."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -20,8 +20,11 @@ class GuardedWorld:
     that took it for a value would put the source where the gas is just that strong.
     """
 
-    def __init__(self, world: World, arm: Arm, log: RunLog, highest_raw: float = math.inf) -> None:
+    def __init__(
+        self, world: World, arm: Arm, log: RunLog, highest_raw: float = math.inf, display: Callable[[JointState], None] | None = None
+    ) -> None:
         self._world, self._arm, self._log, self._highest_raw = world, arm, log, highest_raw
+        self._display = display  # of the joints, for viewers
         self._goal = arm.home
         self._planned: tuple[Array, float] | None = None  # the goal last planned from here, and its duration [s]
 
@@ -37,6 +40,8 @@ class GuardedWorld:
         for sample in self._world.samples(for_s):
             self._log.write(sample)
             interrupt.check()
+            if self._display is not None and isinstance(sample, JointState):
+                self._display(sample)
             if isinstance(sample, JointState) or (isinstance(sample, GasSample) and sample.raw < self._highest_raw):
                 yield sample
 

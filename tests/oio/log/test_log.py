@@ -85,7 +85,7 @@ def test_every_topic_and_its_numbers(finished: Path) -> None:
             topics.setdefault(channel.topic, []).append(message)
     assert set(topics) == {
         *("/arm/joint_states", "/gas/ec/sample", "/gas/ec/reading", "/truth/state", "/truth/nose", "/events", "/log"),
-        *("/estimate/state", "/estimate/odom", "/estimate/innovation", "/tf", "/belief/scene", "/stage/warm_up"),
+        *("/estimate/state", "/estimate/odom", "/estimate/innovation", "/estimate/tf", "/belief/scene", "/truth/scene", "/stage/warm_up"),
     }
     for messages in topics.values():
         assert [m.sequence for m in messages] == list(range(len(messages)))
@@ -96,10 +96,10 @@ def test_what_a_viewer_gets(finished: Path) -> None:
     _, joints = decoded(finished, "/arm/joint_states")[0]
     assert [(j.name, j.velocity) for j in joints.joints] == [("azimuth", 1.0), ("elevation", 0.0)]
     _, odometry = decoded(finished, "/estimate/odom")[0]
-    assert (odometry.frame_id, odometry.body_frame_id) == ("base", "nose")
+    assert (odometry.frame_id, odometry.body_frame_id) == ("base", "nose_believed")
     assert np.array_equal(np.array(odometry.pose_covariance).reshape(6, 6)[:3, :3], np.diag([1.0, 2.0, 3.0]))
-    _, frame = decoded(finished, "/tf")[0]
-    assert (frame.parent_frame_id, frame.child_frame_id, frame.translation.z) == ("base", "nose", 0.3)
+    _, frame = decoded(finished, "/estimate/tf")[0]
+    assert (frame.parent_frame_id, frame.child_frame_id, frame.translation.z) == ("base", "nose_believed", 0.3)
     _, line = decoded(finished, "/log")[0]
     assert (line.name, line.message, line.level) == ("present", "none", 2)
     _, nose = decoded(finished, "/truth/nose")[0]
