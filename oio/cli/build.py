@@ -39,7 +39,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         arm=_built(cfg.arm), sensor=_built(cfg.sensor), backend=_built(cfg.backend), stages=stages,
         identity=identity,
         config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides, logged=cfg.logging == "full",
-        beacon_m=None if cfg.beacon.position is None else np.array(cfg.beacon.position, dtype=float),
+        view=_built(cfg.view), beacon_m=None if cfg.beacon.position is None else np.array(cfg.beacon.position, dtype=float),
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment

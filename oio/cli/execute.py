@@ -15,7 +15,7 @@ from oio.core import interrupt
 from oio.core.errors import OioError
 from oio.core.interfaces import World
 from oio.kinematics.model_loading import kinematics_mjcf
-from oio.log import MemoryLog, RunLog
+from oio.log import MemoryLog, RunLog, Watcher
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
 from oio.runtime.arm_display import setup_of
@@ -37,11 +37,17 @@ def execute(
     began = time.monotonic()
     keep = shared.keep if shared is not None and resumable(experiment.backend) else None
     begun = None if shared is None else shared.begin(experiment)
-    with opened(experiment, begun) as world, RunFolder(out) as folder:  # a refusal leaves no directory behind
+    with (
+        experiment.view.open() as viewer,
+        opened(experiment, begun) as world,
+        RunFolder(out) as folder,  # a refusal leaves no directory behind
+        LivePanel.of_terminal(quiet) as panel,
+    ):
+        watchers = [watcher for watcher in (viewer, panel) if watcher is not None]
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
             (out / name).write_text(text, encoding="utf-8")
         try:
-            document = _summary(experiment, _stages(experiment, world, out, quiet, begun, keep), time.monotonic() - began)
+            document = _summary(experiment, _stages(experiment, world, out, watchers, begun, keep), time.monotonic() - began)
             write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupt.asked():
@@ -54,11 +60,10 @@ def execute(
 
 
 def _stages(
-    experiment: Experiment, world: World, out: Path, quiet: bool, begun: Checkpoint | None, keep: Keep | None
+    experiment: Experiment, world: World, out: Path, watchers: list[Watcher], begun: Checkpoint | None, keep: Keep | None
 ) -> dict[type, object]:
-    with _log(experiment, out) as log, LivePanel.of_terminal(quiet) as panel:
-        if panel.is_on:
-            log.watchers.append(panel)
+    with _log(experiment, out) as log:
+        log.watchers += watchers
         if log.draws:
             log.setup(setup_of(experiment.arm, experiment.beacon_m))
         return run_stages(experiment.stages, world, experiment.arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)

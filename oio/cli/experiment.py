@@ -4,7 +4,7 @@ import json
 import platform
 import subprocess
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import metadata
 from typing import Any
 
@@ -14,6 +14,7 @@ from oio.core.interfaces import Backend, Sensor
 from oio.core.records import Array
 from oio.kinematics.arm import Arm
 from oio.runtime.runner import Stage
+from oio.view.base import NoView, View
 
 PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
 
@@ -31,6 +32,7 @@ class Experiment:
     overrides: list[str]
     logged: bool = True  # to run.mcap; else nothing of the run is kept but its numbers
     beacon_m: Array | None = None  # (3,) in frame base, where it is known
+    view: View = field(default_factory=NoView)
 
     @property
     def seed(self) -> int:

@@ -20,7 +20,7 @@ HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on 
   python -m oio.run sensor=ec dof=5 --cfg job           every number that a run would use
   python -m oio.run --config-dir FOLDER ekf=NAME        with choices of your own, in FOLDER/ekf/NAME.yaml
 """
-GROUPS = ("sensor", "profile", "air", "world", "backend", "recording", "arm", "ekf", "belief_map", "search", "stage", "experiment")
+GROUPS = ("sensor", "profile", "air", "world", "backend", "recording", "arm", "ekf", "belief_map", "search", "stage", "view", "experiment")
 NOTES = {"stage": "[...]  in this order; leave some out", "experiment": "  typed with a plus: +experiment=..."}
 PLAIN = ("dof", "assembly", "seed", "source.position", "beacon.position")
 PLAIN_TEXT = {

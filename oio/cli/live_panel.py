@@ -30,14 +30,11 @@ class LivePanel:
         """Return the panel on standard error, if that is a terminal on which things may move."""
         return cls(None if quiet or not terminal.may_move() else terminal.console(stderr=True))
 
-    @property
-    def is_on(self) -> bool:
-        """Whether there is anything to draw on."""
-        return self._live is not None
-
-    def __enter__(self) -> "LivePanel":
-        if self._live is not None:
-            self._live.start()
+    def __enter__(self) -> "LivePanel | None":
+        """Begin to draw; returns None where there is nothing to draw on."""
+        if self._live is None:
+            return None
+        self._live.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

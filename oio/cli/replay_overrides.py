@@ -26,4 +26,6 @@ def _is_plain(override: object) -> bool:
 
 def _may_pass(override: str, given: set[str]) -> bool:
     key = override.split("=", 1)[0]
-    return key not in given and key.split(".")[0] not in ("backend", "recording", "hydra") and key[0] != "_" and "_target_" not in key
+    return (
+        key not in given and key.split(".")[0] not in ("backend", "recording", "view", "hydra") and key[0] != "_" and "_target_" not in key
+    )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from oio.core.quaternions import product, quaternion, rotation
+from oio.core.quaternions import product, quaternion
 from oio.core.records import Array
 from oio.kinematics.forward import SLIDE, SerialChain
 
@@ -35,9 +35,12 @@ class LinkFrames:
 
 
 def in_base(places_m: Array, turns: Array) -> Array:
-    """Origins (k + 1, 3) m in the base frame, the base's own first, of k frames, each in the one before."""
-    at, turned, origins = np.zeros(3), np.eye(3), [np.zeros(3)]
-    for place, turn in zip(places_m, turns, strict=True):
-        at, turned = at + turned @ place, turned @ rotation(turn)
-        origins.append(at)
-    return np.array(origins)
+    """Origins (k, m + 2, 3) m in the base frame, the base's own first, of frames each in the one before: places (k, m + 1, 3) m and
+    quaternions (k, m + 1, 4)."""
+    origins, turned = [np.zeros_like(places_m[:, 0])], np.tile([0.0, 0.0, 0.0, 1.0], (len(turns), 1))
+    for place, turn in zip(places_m.swapaxes(0, 1), turns.swapaxes(0, 1), strict=True):
+        v, w = turned[:, :3], turned[:, 3:]
+        across = 2.0 * np.cross(v, place)
+        origins.append(origins[-1] + place + w * across + np.cross(v, across))  # the rotation of a vector by a unit quaternion
+        turned = product(turned, turn)
+    return np.stack(origins, axis=1)

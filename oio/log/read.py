@@ -11,6 +11,8 @@ from mcap.records import Attachment, Message
 from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
 from oio.log import decode
+from oio.log.decode_entries import ENTRIES
+from oio.log.entries import Entry
 from oio.log.record_scanner import DAMAGE, MessageFilter, messages_so_far, records
 from oio.log.scene import belief_scene
 from oio.log.validation import check, refuse_damaged
@@ -73,6 +75,13 @@ def read_hypotheses(path: Path) -> Iterator[tuple[int, list[tuple[Array, Array]]
     """Return (t_ns, hypotheses of the source, best first, each (3,) m and (3, 3) m^2) of every scene; errors as `read_samples`."""
     scenes = _records_of_schema(path, "foxglove.SceneUpdate", belief_scene)
     return ((scene.t_ns, scene.hypotheses) for scene in scenes if scene is not None)
+
+
+def read_entries(path: Path) -> Iterator[Entry]:
+    """Return all that a watcher of the run was told, in written order; errors as `read_samples`."""
+    check(path)
+    decoded = (ENTRIES[kind](message.log_time, message.data) for kind, message in _selected(path, MessageFilter(ENTRIES)))
+    return (entry for entry in decoded if entry is not None)
 
 
 def _records_of_schema(path: Path, kind: str, record: Callable[[int, bytes], T]) -> Iterator[T]:

@@ -17,7 +17,14 @@ from oio.core.folders import CONF, ROOT
 
 CODE = ("oio", "pipelines", "hardware")
 SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv")
-NO_RESULT = ("oio/bench", "oio/figures", "oio/sweep", "oio/testing", "hardware/firmware")  # rooms that no number of a run depends on
+NO_RESULT = (
+    "oio/bench",
+    "oio/figures",
+    "oio/sweep",
+    "oio/testing",
+    "oio/view",
+    "hardware/firmware",
+)  # rooms that no number of a run depends on
 
 
 @functools.cache

@@ -51,7 +51,7 @@ def test_a_belief_is_of_the_source_of_its_stage_alone():
 
 def test_without_a_terminal_it_is_off(capsys):
     with LivePanel.of_terminal() as panel:
-        assert not panel.is_on
+        assert panel is None
     assert capsys.readouterr() == ("", "")
 
 

@@ -18,7 +18,7 @@ def test_the_chain_of_frames_ends_at_the_nose(built, words):
     for q in rng.uniform(arm.low_rad, arm.high_rad, (50, arm.dof)):
         places, turns = frames.at(q)
         assert len(places) == len(turns) == len(arm.all_names) + 1
-        np.testing.assert_allclose(in_base(places, turns)[-1], arm.nose(q), atol=1e-12)
+        np.testing.assert_allclose(in_base(places[None], turns[None])[0, -1], arm.nose(q), atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_so_it_does_on_arms_of_others(foreign_models, file, nose):
     chain = SerialChain(model.poses, model.axes, model.kinds, np.zeros(len(model.low)), model.nose_offset)
     for q in rng.uniform(model.low, model.high, (20, len(model.low))):
         at, _ = nose_and_jacobian(q[None, :], chain, False)
-        np.testing.assert_allclose(in_base(*LinkFrames(chain).at(q))[-1], at[0], atol=1e-12)
+        np.testing.assert_allclose(in_base(*(part[None] for part in LinkFrames(chain).at(q)))[0, -1], at[0], atol=1e-12)
 
 
 def test_rails_end_where_the_joint_may_go(built):

@@ -32,7 +32,7 @@ def test_the_transforms_chain_from_the_base_to_where_the_nose_is(arm):
         assert names[0] == "base" and names[-1] == "nose" and {f.timestamp.nanos for f in sent} == {7}
         assert any(abs(f.rotation.w) < 0.999 for f in sent)  # real rotations
         read = arm_frames(7, transforms(ArmFrames(7, *LinkFrames(arm.chain).at(q))).SerializeToString())
-        np.testing.assert_allclose(in_base(read.places_m, read.turns)[-1], arm.nose(q), atol=3e-5)
+        np.testing.assert_allclose(in_base(read.places_m[None], read.turns[None])[0, -1], arm.nose(q), atol=3e-5)
 
 
 def test_every_link_reaches_from_its_frame_to_the_next(arm):
