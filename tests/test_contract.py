@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -158,7 +159,9 @@ def test_the_files_and_no_others(made):
 
 
 def test_the_status_is_done(made):
-    assert made.json("status.json") == {"state": "done", "error": None, "traceback": None}
+    status = made.json("status.json")
+    assert abs(datetime.now(UTC) - datetime.fromisoformat(status.pop("started"))) < timedelta(hours=3)
+    assert status == {"state": "done", "error": None, "traceback": None}
 
 
 def test_the_config_is_whole_and_as_typed(made):

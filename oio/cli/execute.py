@@ -4,6 +4,7 @@ import time
 import traceback
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_w
 from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
 from oio.core.errors import OioError
-from oio.core.interfaces import World
+from oio.core.interfaces import RealTime, World
+from oio.core.records import seconds
 from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog, Watcher
+from oio.log.wall_clock import STARTED
 from oio.results.calibration import Calibration
 from oio.results.summary import Evaluation, summary, to_json
 from oio.runtime.arm_display import setup_of
@@ -62,20 +65,29 @@ def execute(
 def _stages(
     experiment: Experiment, world: World, out: Path, watchers: list[Watcher], begun: Checkpoint | None, keep: Keep | None
 ) -> dict[type, object]:
-    with _log(experiment, out) as log:
+    with _log(experiment, world, out) as log:
         log.watchers += watchers
         if log.draws:
             log.setup(setup_of(experiment.arm, experiment.beacon_m))
         return run_stages(experiment.stages, world, experiment.arm, log, out, experiment.seed, experiment.sensor.highest_raw, begun, keep)
 
 
-def _log(experiment: Experiment, out: Path) -> AbstractContextManager[RunLog]:
+def _log(experiment: Experiment, world: World, out: Path) -> AbstractContextManager[RunLog]:
     if not experiment.logged:
         return nullcontext(MemoryLog())
     attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(experiment.arm.path)}
+    about = experiment.about() | _time_of_day(experiment, world)
     return RunLog.create(
-        out / "run.mcap", sensor=experiment.sensor.name, joints=experiment.arm.names, metadata=experiment.about(), attachments=attachments
+        out / "run.mcap", sensor=experiment.sensor.name, joints=experiment.arm.names, metadata=about, attachments=attachments
     )
+
+
+def _time_of_day(experiment: Experiment, world: World) -> dict[str, str]:
+    """When a bench opened; a simulated world has no time of day, and its logs are the same bytes for the same seed."""
+    if not (isinstance(experiment.backend, RealTime) and experiment.backend.real_time):
+        return {}
+    opened_at = datetime.now(UTC) - timedelta(seconds=seconds(world.t_ns))
+    return {STARTED: opened_at.isoformat(timespec="microseconds")}
 
 
 def _summary(experiment: Experiment, results: Mapping[type, object], wall_s: float) -> dict[str, Any]:

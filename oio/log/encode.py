@@ -33,7 +33,7 @@ def sample_topics(sensor: str) -> dict[str, Any]:
 
 
 def stamp(t_ns: int) -> dict[str, int]:
-    """Return a protobuf Timestamp; its epoch is the moment the world opened."""
+    """Return a protobuf Timestamp, from the moment the world opened; the file moves it to the time of day, if there is one."""
     seconds, nanos = divmod(t_ns, SECOND_NS)
     return {"seconds": seconds, "nanos": nanos}
 

@@ -16,6 +16,7 @@ from oio.log.entries import Entry
 from oio.log.record_scanner import DAMAGE, MessageFilter, messages_so_far, records
 from oio.log.scene import belief_scene
 from oio.log.validation import check, refuse_damaged
+from oio.log.wall_clock import start_ns
 
 T = TypeVar("T")
 
@@ -107,11 +108,11 @@ def read_metadata(path: Path) -> dict[str, str]:
 
 def read_end(path: Path) -> int:
     """Return the end time of the run [ns]: at least that of its last sample."""
-    check(path)
+    start = start_ns(check(path))
     with path.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None and summary.statistics is not None  # `check` has verified the summary's checksum
-    return summary.statistics.message_end_time
+    return max(summary.statistics.message_end_time - start, 0)
 
 
 def read_attachment(path: Path, name: str) -> bytes:
