@@ -22,7 +22,6 @@ startup.handle_signals(__name__)
 
 import hydra
 from hydra.utils import instantiate
-from rich.console import Console
 
 from hardware.cli_args import key_values, run_tool, whole_number
 from hardware.drivers.servos.bus import Bus
@@ -30,6 +29,7 @@ from hardware.drivers.servos.homing_procedure import run_procedure
 from hardware.drivers.servos.port import BUSES
 from hardware.transport.discovery import resolve_port
 from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
+from oio.cli import terminal
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF
 from oio.gas.source import unlocked as whole_arm
@@ -50,7 +50,7 @@ def main(arguments: list[str]) -> None:
     arm, repeats, bus = described(given["arm"]), whole_number("repeats", given["repeats"], 1, 10), BUSES[given["driver"]]()
     wire = _open_wire(given["port"], bus)
     try:
-        run_procedure(Console(soft_wrap=True), bus, wire, arm, repeats, Path(given["out"]).expanduser())
+        run_procedure(terminal.console(soft_wrap=True), bus, wire, arm, repeats, Path(given["out"]).expanduser())
     except (Unplugged, NoAnswer) as error:
         raise OioError(
             f"the servos at port={given['port']} do not answer any more ({error}). Check cable and power; nothing was written."

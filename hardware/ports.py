@@ -11,7 +11,6 @@ from oio.cli import startup
 
 startup.handle_signals(__name__)
 
-from rich.console import Console
 from rich.markup import escape
 from serial.tools import list_ports
 
@@ -26,6 +25,7 @@ from hardware.transport.discovery import port_name
 from hardware.transport.driver import Driver
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import NoAnswer, Unplugged, open_port
+from oio.cli import terminal
 from oio.core import interrupt
 from oio.core.errors import BadInput
 
@@ -37,7 +37,7 @@ def main(arguments: list[str]) -> None:
     for path in arguments:
         if not Path(path).exists():
             raise BadInput(f"{path} was given, but there is no such port. Type e.g. python -m hardware.ports /dev/ttyUSB0.")
-    console = Console(soft_wrap=True)
+    console = terminal.console(soft_wrap=True)
     infos = {info.device: port_name(info) for info in list_ports.comports()} | {path: "given" for path in arguments}
     if not infos:
         console.print("Nothing is plugged in that the system lists. A port can be given: python -m hardware.ports /dev/ttyUSB0")

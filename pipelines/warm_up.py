@@ -1,6 +1,7 @@
 """Wait in clean air until the sensor has settled: no slope, or none that the sensor's own figure of rest would call one."""
 
 from collections import deque
+from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
@@ -9,10 +10,12 @@ from oio.core.errors import BadInput, NotSettled
 from oio.core.interfaces import Sensor
 from oio.core.records import GasReading, GasSample, seconds
 from oio.core.settings import in_range, settings
+from oio.gas.settling import settling_time
 from oio.identification.stationarity import kpss
 from oio.results.calibration import WarmUpResult
 from oio.runtime.context import Context
 
+ESTIMATES = 100  # of the slope, from which the time left is told
 Window = list[deque[GasReading]]
 
 
@@ -37,7 +40,8 @@ class WarmUp:
     def run(self, context: Context) -> WarmUpResult:
         """Returns the slopes at the end; raises NotSettled with the measured slope after max_s."""
         context.world.present("none")
-        began, window = context.world.t_ns, [deque[GasReading](maxlen=self._needed) for _ in range(self.sensor.elements)]
+        began, recent = context.world.t_ns, deque[tuple[float, float]](maxlen=ESTIMATES)
+        window = [deque[GasReading](maxlen=self._needed) for _ in range(self.sensor.elements)]
         while (waited := seconds(context.world.t_ns - began)) < self.max_s:
             for sample in context.world.samples(self.sensor.sample_s * self.sensor.elements):
                 if isinstance(sample, GasSample):
@@ -47,12 +51,19 @@ class WarmUp:
             if min(len(w) for w in window) == self._needed:
                 slopes = [_slope_ppm_per_min(w) for w in window]
                 worst = max(slopes, key=lambda pair: abs(pair[0]))
-                context.log.progress(context.world.t_ns, "slope to vanish", f"{worst[0]:+.2f} +- {worst[1]:.2f} ppm/min")
+                recent.append((seconds(context.world.t_ns), worst[0]))
+                context.log.progress(context.world.t_ns, "slope to vanish", self._in_words(worst, recent))
                 if self._at_rest(window, slopes):
                     settled = self._settled(window, slopes, seconds(context.world.t_ns - began))
                     self._record_drift(context)
                     return settled
         raise NotSettled(self._complaint(waited, window))
+
+    def _in_words(self, worst: tuple[float, float], recent: Iterable[tuple[float, float]]) -> str:
+        slope, u = worst
+        t_s, slopes = np.array(list(recent)).T
+        left_s = settling_time(t_s, slopes, max(self.sensor.settled_ppm_per_min, 2.0 * u))
+        return f"{slope:+.2f} +- {u:.2f} ppm/min" + ("" if left_s is None else f", settled in about {left_s:.0f} s")
 
     @property
     def _needed(self) -> int:

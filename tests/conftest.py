@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+os.environ.pop("COLUMNS", None)  # readline, which pytest imports, sets it for workers; where it matters a test sets it itself
 hypothesis.settings.register_profile("patient", deadline=None)  # the first call compiles
 hypothesis.settings.load_profile("patient")
 

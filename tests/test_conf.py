@@ -46,7 +46,7 @@ def recorded_air():
     return path
 
 
-BUILT = ("air", "arm", "backend", "belief_map", "bout", "ekf", "search", "verdict", "world")  # a choice of these is one thing
+BUILT = ("air", "arm", "backend", "belief_map", "bout", "ekf", "search", "verdict", "view", "world")  # a choice of these is one thing
 OTHERS = ("profile", "protocol", "recording", "sensor", "stage")  # built below
 CHOICES = [(group, name) for group in BUILT for name in names(group)]
 ADDED = [(g.name, n) for g in sorted(CONF.iterdir()) if g.is_dir() and g.name not in (*BUILT, *OTHERS, "hydra") for n in names(g.name)]

@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -158,7 +159,9 @@ def test_the_files_and_no_others(made):
 
 
 def test_the_status_is_done(made):
-    assert made.json("status.json") == {"state": "done", "error": None, "traceback": None}
+    status = made.json("status.json")
+    assert abs(datetime.now(UTC) - datetime.fromisoformat(status.pop("started"))) < timedelta(hours=3)
+    assert status == {"state": "done", "error": None, "traceback": None}
 
 
 def test_the_config_is_whole_and_as_typed(made):
@@ -289,7 +292,18 @@ def test_the_topics(made):
         seen = make_reader(file).get_summary()
     counts = {channel.topic: seen.statistics.channel_message_counts.get(channel.id, 0) for channel in seen.channels.values()}
     topics = ["/arm/joint_states", "/gas/ndir/sample", "/gas/ndir/reading", "/estimate/state", "/estimate/odom", "/estimate/innovation"]
-    topics += ["/belief/scene", "/events", "/log", "/tf", "/truth/state", "/truth/nose", *(f"/stage/{name}" for name in STAGES)]
+    topics += [
+        "/arm/scene",
+        "/belief/scene",
+        "/estimate/tf",
+        "/events",
+        "/log",
+        "/tf",
+        "/truth/state",
+        "/truth/nose",
+        "/truth/scene",
+        *(f"/stage/{name}" for name in STAGES),
+    ]
     assert set(topics) <= set(counts)
     assert min(counts[topic] for topic in topics) > 0
     assert all(counts[f"/stage/{name}"] == 2 for name in STAGES)

@@ -62,7 +62,7 @@ def test_every_job_has_its_own_directory(good):
     jobs = sorted(path for path in folder.iterdir() if path.is_dir())
     assert [path.name for path in jobs] == ["0_ndir_5dof_seed0", "1_ndir_5dof_seed1", "2_pa_5dof_seed0", "3_pa_5dof_seed1"]
     for path in jobs:
-        assert status(path) == {"state": "done", "error": None, "traceback": None}
+        assert {**status(path), "started": ""} == {"state": "done", "error": None, "traceback": None, "started": ""}
         assert {"run.mcap", "config.yaml", "status.json", "summary.json"} == {file.name for file in path.iterdir()}
 
 
@@ -85,7 +85,7 @@ def test_one_table_over_all_jobs(good):
 
 def test_the_table_says_what_each_job_was(good):
     line = next(line for line in good[0].stdout.splitlines() if "3_pa_5dof_seed1" in line)
-    assert [cell.strip() for cell in line.strip("│").split("│")][1:5] == ["pa", "5", "still", "1"]
+    assert [cell.strip() for cell in line.strip("│").split("│")][1:6] == ["pa", "still", "done", "5", "1"]
 
 
 def test_a_failure_leaves_its_traceback_and_the_others_go_on(mixed):

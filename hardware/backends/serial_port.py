@@ -5,6 +5,7 @@ import math
 import os
 import sys
 from collections.abc import Iterator
+from typing import ClassVar
 
 from hardware.backends.live_world import LiveDevices, LiveWorld
 from hardware.drivers.noses.port import NosePort
@@ -31,6 +32,7 @@ SWITCH_S = 2e-4  # of the interpreter, between threads: a sample that came in sh
 class SerialPort:
     """Configuration of a bench; frozen, `open()` makes it live."""
 
+    real_time: ClassVar[bool] = True
     kinematics: Arm
     sensor: Sensor
     beacon: Source

@@ -8,10 +8,9 @@ from oio.cli import startup
 
 startup.handle_signals(__name__)
 
-from rich.console import Console
-
 from oio.bench import accuracy, drift, filters, worlds
 from oio.bench.arguments import SOURCE
+from oio.cli import terminal
 from oio.cli.exit_codes import run_command
 from oio.core.errors import BadInput
 
@@ -49,7 +48,7 @@ def _run(arguments: list[str]) -> None:
 
 
 def _help() -> None:
-    console = Console(soft_wrap=True, highlight=False)
+    console = terminal.console(soft_wrap=True, highlight=False)
     console.print(HEADER)
     console.print(SOURCE.read_text(encoding="utf-8").rstrip(), markup=False)
 

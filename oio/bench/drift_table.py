@@ -5,13 +5,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from rich import box
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from oio.bench.drift_trial import Case, Times
 from oio.bench.nose_error import NoseErrorSample
+from oio.cli import terminal
+from oio.cli.table_layout import print_table
 
 Trials = Sequence[tuple[Case, int, list[NoseErrorSample], str]]  # case, seed, errors, reason of a failure
 HEADS = ("after [s]", "n", "failed", "filter [mm]", "worst", "claimed", "in 95 % [%]", "dead reckoning [mm]", "ratio")
@@ -51,16 +50,17 @@ def _row(trials: Trials, after_s: float) -> Row:
 
 def show(found: Mapping[Case, list[Row]], reasons: Sequence[str], where: str) -> None:
     """Print the nose errors at the evaluation times."""
-    table = Table(title="error of the nose's position, medians over seeds", title_justify="left", box=box.SIMPLE_HEAD)
-    for head in (*Case._fields, *HEADS):
-        table.add_column(escape(head), justify="left" if head in Case._fields else "right", no_wrap=True)
-    for case, rs in found.items():
-        for r in rs:
-            figures = f"{r.nose_mm:.1f}", f"{r.worst_mm:.1f}", f"{r.claimed_mm:.1f}", f"{100 * r.inside_95:.0f}"
-            counts = f"{r.after_s:g}", str(r.trials), str(r.failed)
-            table.add_row(*map(str, case), *counts, *figures, f"{r.dead_reckoning_mm:.1f}", f"{r.gain:.1f}")
-    console = Console(soft_wrap=True)
-    Console(width=max(console.width, Console(width=400).measure(table).maximum)).print(table)
+    shown = [[*map(str, case), *_cells(r)] for case, rs in found.items() for r in rs]
+    names = len(Case._fields)
+    print_table(terminal.console(), "error of the nose's position, medians over seeds", (*Case._fields, *HEADS), shown, names)
+    console = terminal.console(soft_wrap=True)
     for reason in reasons:
         console.print(f"failed: {escape(reason)}")
     console.print(f"tables and figure are in {escape(where)}")
+
+
+def _cells(r: Row) -> tuple[str, ...]:
+    return (
+        f"{r.after_s:g}", str(r.trials), str(r.failed), f"{r.nose_mm:.1f}", f"{r.worst_mm:.1f}", f"{r.claimed_mm:.1f}",
+        f"{100 * r.inside_95:.0f}", f"{r.dead_reckoning_mm:.1f}", f"{r.gain:.1f}",
+    )  # fmt: skip

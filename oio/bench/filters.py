@@ -4,16 +4,15 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
-from rich import box
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from oio.bench.arguments import Arguments, read
 from oio.bench.filter_workload import Workload, filterpy_alone, first_belief, matrices, model_alone, workload
 from oio.bench.output_folder import claim_folder, names, write
 from oio.bench.trial import composed_trial
+from oio.cli import terminal
 from oio.cli.help import choices
+from oio.cli.table_layout import print_table
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
 from oio.estimators.base import Estimator
@@ -95,12 +94,17 @@ def _estimator(words: Arguments, name: str) -> Estimator:
 
 def show(found: list[Row], where: str) -> None:
     """Print the table."""
-    table = Table(title="one step: a prediction and an update", title_justify="left", box=box.SIMPLE_HEAD)
-    for head in HEADS:
-        table.add_column(escape(head), justify="left" if head == "filter" else "right")
-    for r in found:
-        filterpy = f"{r.filterpy_us:.0f}", f"{r.ratio:.2f}", f"{r.filterpy_with_model_us:.0f}", f"{r.ratio_with_model:.2f}"
-        table.add_row(r.ekf, f"{r.step_us:.0f}", *filterpy)
-    console = Console(soft_wrap=True)
-    Console(width=max(console.width, 110)).print(table)
+    rows = [
+        [
+            r.ekf,
+            f"{r.step_us:.0f}",
+            f"{r.filterpy_us:.0f}",
+            f"{r.ratio:.2f}",
+            f"{r.filterpy_with_model_us:.0f}",
+            f"{r.ratio_with_model:.2f}",
+        ]
+        for r in found
+    ]
+    print_table(terminal.console(), "one step: a prediction and an update", HEADS, rows)
+    console = terminal.console(soft_wrap=True)
     console.print(f"the table is in {escape(where)}")

@@ -1,13 +1,13 @@
 """Parallel execution of trials in worker processes, results in order of completion, with a progress bar. Ctrl-C ends the workers."""
 
 import signal
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from oio.cli import terminal
 
 
 def run_parallel(
@@ -15,7 +15,7 @@ def run_parallel(
 ) -> Iterator[tuple[int, Any]]:
     """Yield (task number, work(*task)) in any order; `at_a_time` tasks per batch, one linear-algebra thread per worker."""
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
-    bar = Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty())
+    bar = Progress(*columns, console=terminal.console(stderr=True), disable=not terminal.may_move())
     with bar, parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1, initializer=_ignore_sigint):
         numbered = (delayed(_numbered)(work, i, task) for i, task in enumerate(tasks))
         results = Parallel(return_as="generator_unordered", batch_size=at_a_time, pre_dispatch="2*n_jobs")(numbered)

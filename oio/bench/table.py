@@ -3,13 +3,12 @@
 import math
 from collections.abc import Mapping
 
-from rich import box
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from oio.bench.case_summary import Row
 from oio.bench.score import Case
+from oio.cli import terminal
+from oio.cli.table_layout import print_table
 
 HEADS = (
     "n\n(failed)", "error [mm]\nmedian / 90 / 95 %", "in 95 %\nregion [%]", "ANEES\n(band)", "RMSE /\nbound",
@@ -17,22 +16,16 @@ HEADS = (
     "declared\n[%], after", "false\n[%]", "cold / open [mm]\n(gain)", "calibrated\nwins", "nose [mm] /\ndead reck.", "cal. [s]\n(paper)",
     "error [ppm]\n(paper)",
 )  # fmt: skip
-WIDEST = 400  # columns; a narrower terminal wraps the lines of the table, so that nothing is cut
 
 
 def show(rows: Mapping[Case, Row], failures: Mapping[str, int], where: str) -> None:
     """Print all cases, the reasons of failures, and the output folder."""
     varying = [name for name in Case._fields if name in ("sensor", "air", "dof") or len({getattr(case, name) for case in rows}) > 1]
-    table = Table(title="source error over seeds, calibrated; brackets are 95 % intervals", title_justify="left", box=box.SIMPLE_HEAD)
-    table.padding, table.pad_edge = (0, 1, 0, 0), False
-    for name in varying:
-        table.add_column(name, no_wrap=True)
-    for head in HEADS:
-        table.add_column(escape(head), justify="right", no_wrap=True)
-    for case, row in rows.items():
-        table.add_row(*(str(getattr(case, name)) for name in varying), *_cells(row))
-    console = Console(soft_wrap=True)
-    Console(width=max(console.width, Console(width=WIDEST).measure(table).maximum)).print(table)
+    shown = [[*(str(getattr(case, name)) for name in varying), *_cells(row)] for case, row in rows.items()]
+    print_table(
+        terminal.console(), "source error over seeds, calibrated; brackets are 95 % intervals", (*varying, *HEADS), shown, len(varying)
+    )
+    console = terminal.console(soft_wrap=True)
     for reason, count in failures.items():
         console.print(f"{count} failed: {escape(reason)}")
     console.print(f"tables and figure are in {escape(where)}")
@@ -61,4 +54,4 @@ def _percent(share: float) -> str:
 
 
 def _between(low: float, high: float) -> str:
-    return f"\\[{_percent(low)}-{_percent(high)}]" if math.isfinite(low) else ""
+    return f"[{_percent(low)}-{_percent(high)}]" if math.isfinite(low) else ""

@@ -6,16 +6,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from rich import box
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from oio.bench.accuracy import TRIALS, plan_cases, run_trials
 from oio.bench.arguments import read
 from oio.bench.output_folder import claim_folder, names, write
 from oio.bench.score import Score, Trial
 from oio.bench.statistics import wilson
+from oio.cli import terminal
+from oio.cli.table_layout import print_table
 
 TABLE, FIGURE, ALL = "worlds.csv", "worlds.png", "all"
 HEADS = (
@@ -115,16 +114,9 @@ def write_summary(trials: list[Trial], out: Path) -> None:
 
 def show(found: Sequence[Row], failures: Counter[str], where: str) -> None:
     """Print the table, the reasons of failures, and the output folder."""
-    table = Table(title="worlds that changed after calibration; brackets are 95 % intervals", title_justify="left", box=box.SIMPLE_HEAD)
-    table.padding, table.pad_edge = (0, 1, 0, 0), False
-    for head in ("world", "sensor", "air"):
-        table.add_column(head, no_wrap=True)
-    for head in HEADS:
-        table.add_column(escape(head), justify="left" if head == HEADS[-1] else "right", no_wrap=True)
-    for row in found:
-        table.add_row(*_cells(row))
-    console = Console(soft_wrap=True)
-    Console(width=max(console.width, Console(width=400).measure(table).maximum)).print(table)
+    title = "worlds that changed after calibration; brackets are 95 % intervals"
+    print_table(terminal.console(), title, ("world", "sensor", "air", *HEADS), [_cells(row) for row in found], 3)
+    console = terminal.console(soft_wrap=True)
     for reason, count in failures.items():
         console.print(f"{count} failed: {escape(reason)}")
     console.print(f"tables and figure are in {escape(where)}")
@@ -140,4 +132,4 @@ def _cells(r: Row) -> tuple[str, ...]:
 
 
 def _percent(share: float, low: float, high: float) -> str:
-    return "-" if np.isnan(share) else f"{100 * share:.0f} \\[{100 * low:.0f}-{100 * high:.0f}]"
+    return "-" if np.isnan(share) else f"{100 * share:.0f} [{100 * low:.0f}-{100 * high:.0f}]"

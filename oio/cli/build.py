@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
@@ -46,6 +47,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         verdict=_built(cfg.verdict), identity=identity,
         procedure=procedure_of(cfg, list(stages)),
         config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides, logged=cfg.logging == "full",
+        view=_built(cfg.view), beacon_m=None if cfg.beacon.position is None else np.array(cfg.beacon.position, dtype=float),
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment

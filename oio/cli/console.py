@@ -1,16 +1,10 @@
-"""Terminal output: a progress line per stage while it runs (in a terminal only), and the table of results at the end."""
+"""The table of results at the end of a run."""
 
-import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from types import TracebackType
+from collections.abc import Mapping
 from typing import Any
 
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
-from rich.table import Table
-
+from oio.cli import terminal
+from oio.cli.table_layout import print_table
 from oio.cli.verdict_lines import show_verdict
 
 OUTCOMES = {
@@ -21,57 +15,15 @@ OUTCOMES = {
 }
 
 
-class StageLines:
-    """Progress of the stages, as a watcher for `RunLog.watchers`: simulated seconds, what the stage waits for, and its current figure."""
-
-    def __init__(self, quiet: bool = False) -> None:
-        text = TextColumn("{task.description:<16} {task.fields[simulated]:>8}  {task.fields[waits]}  [bold]{task.fields[figure]}")
-        self._progress = Progress(SpinnerColumn(finished_text="✓"), text, TimeElapsedColumn(), console=Console(stderr=True))
-        self._tasks: dict[str, TaskID] = {}
-        self._on = sys.stderr.isatty() and not quiet
-
-    def __enter__(self) -> "StageLines":
-        if self._on:
-            self._progress.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self._on:
-            self._progress.stop()
-
-    @contextmanager
-    def paused(self) -> Iterator[None]:
-        """A context in which nothing is drawn: a person is asked."""
-        self.__exit__(None, None, None)
-        try:
-            yield
-        finally:
-            self.__enter__()
-
-    def __call__(self, stage: str, state: str, t_ns: int, waits_for: str, figure: str) -> None:
-        """Called by the log when a stage begins, reports progress, ends or fails."""
-        if not self._on:
-            return
-        shown: dict[str, Any] = {"simulated": f"{t_ns / 1e9:.1f} s"}
-        if state == "begin":
-            self._tasks[stage] = self._progress.add_task(stage, total=1, waits="", figure="", **shown)
-            return
-        if state == "progress":
-            shown |= {"waits": escape(waits_for), "figure": escape(figure)}
-        if state == "failed":
-            shown |= {"waits": "[red]failed[/red]"}
-        self._progress.update(self._tasks[stage], completed=int(state == "end"), **shown)
-
-
 def show_summary(document: Mapping[str, Any], where: str) -> None:
     """Print the table of one run: cold start against calibrated in mm, bounds, verdict."""
-    console = Console(soft_wrap=True)
+    console = terminal.console(soft_wrap=True)
     if document["calibrated"] is not None:
         world = f", world={document['world']}" if document.get("world") not in (None, "unchanged") else ""
         title = (
             f"{document['sensor']} ({document['profile']}), dof={document['dof']}, air={document['air']}{world}, seed={document['seed']}"
         )
-        Console(width=max(console.width, 112)).print(_outcome_table(document, title))
+        print_table(console, title, *_outcomes(document))
     calibration = document["calibration"]
     if calibration is not None:
         kept = f" of {calibration['kept']['file']}:" if "kept" in calibration else ""
@@ -103,28 +55,30 @@ def _bounds(document: Mapping[str, Any]) -> str:
     return f"error / bound {ratio} (Cramer-Rao {bound} mm; van Trees, the mean over sources anywhere but on this path, {posterior} mm)"
 
 
-def _outcome_table(document: Mapping[str, Any], title: str) -> Table:
+def _outcomes(document: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows of the table of outcomes."""
     bearing = "bearing_error_deg" in document["calibrated"]
     error = "bearing error [deg]" if bearing else "source error [mm]"
-    table = Table(title=escape(title), title_justify="left")
-    table.add_column("", no_wrap=True)
-    for head in (error, "+- [mm]", "nose error [mm]", "NEES", "in 95 %", "NIS", "moves", "time [s]", "declared"):
-        table.add_column(escape(head), justify="right", min_width=max(len(word) for word in head.split()))
+    heads = ["", error, "+- [mm]", "nose error [mm]", "NEES", "in 95 %", "NIS", "moves", "time [s]", "declared"]
+    rows = []
     for key, name in OUTCOMES.items():
         o = document.get(key)  # summaries of schema 1 have no open cold start
         if o is None:
             continue
-        missed = number(o.get("bearing_error_deg"), 1.0) if bearing else number(o["source_error_m"])
-        inside = {True: "yes", False: "no", None: "-"}[o["inside_95"]]
-        table.add_row(
-            name, missed, number(o["sd_m"]), number(o["nose_error_m"]), number(o["nees_source"], 1.0), inside,
-            number(o["nis_mean"], 1.0, 2), str(o["moves"]), number(o["time_s"], 1.0), "yes" if o["found"] else "no",
-        )  # fmt: skip
+        rows.append([name, *_outcome(o, bearing)])
         if key == "calibrated" and not bearing and o.get("filtered_error_m") is not None:
             alone = number(o["filtered_error_m"]), "", "", number(o["filtered_nees"], 1.0)
-            table.add_row("  the filter alone", *alone, *[""] * 5)  # just before the last map, which is the answer of the row above
-    table.add_row("dead reckoning", "", "", number(document["dead_reckoning"]["nose_error_m"]), *[""] * 6)
-    return table
+            rows.append(["  the filter alone", *alone, *[""] * 5])  # just before the last map, which is the answer of the row above
+    return heads, [*rows, ["dead reckoning", "", "", number(document["dead_reckoning"]["nose_error_m"]), *[""] * 6]]
+
+
+def _outcome(o: Mapping[str, Any], bearing: bool) -> list[str]:
+    missed = number(o.get("bearing_error_deg"), 1.0) if bearing else number(o["source_error_m"])
+    inside = {True: "yes", False: "no", None: "-"}[o["inside_95"]]
+    return [
+        missed, number(o["sd_m"]), number(o["nose_error_m"]), number(o["nees_source"], 1.0), inside,
+        number(o["nis_mean"], 1.0, 2), str(o["moves"]), number(o["time_s"], 1.0), "yes" if o["found"] else "no",
+    ]  # fmt: skip
 
 
 def number(value: float | None, factor: float = 1e3, digits: int = 1) -> str:

@@ -4,26 +4,30 @@ import time
 import traceback
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 from oio.cli.attendant import performance
-from oio.cli.console import StageLines
 from oio.cli.experiment import Experiment
+from oio.cli.live_panel import LivePanel
 from oio.cli.reproducible import devices_of, provenance, reproducible
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
 from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
 from oio.core.errors import OioError
-from oio.core.interfaces import World
+from oio.core.interfaces import RealTime, World
+from oio.core.records import Event, seconds
 from oio.kinematics.model_loading import kinematics_mjcf
-from oio.log import MemoryLog, RunLog
+from oio.log import MemoryLog, RunLog, Watcher
+from oio.log.wall_clock import STARTED
 from oio.procedure.performance import Performance
 from oio.results.calibration import BaselineResult, Calibration
 from oio.results.calibration_file import baseline_yaml
 from oio.results.criteria.judgement import Verdict
 from oio.results.summary import Evaluation, Reproducible, summary, to_json
 from oio.results.verdict import judge
+from oio.runtime.arm_display import setup_of
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
 from oio.runtime.runner import check_order, run_stages
 
@@ -39,19 +43,24 @@ def execute(
     """
     check_order(experiment.stages)
     refuse_used(out)
-    lines = StageLines(quiet)
-    performed = performance(experiment.procedure, quiet, lines.paused)
+    panel = LivePanel.of_terminal(quiet)
+    performed = performance(experiment.procedure, quiet, panel.paused)
     shared = None if performed else shared  # what a person did for one run, nobody did for another
     began = time.monotonic()
     keep = shared.keep if shared is not None and resumable(experiment.backend) else None
     begun = None if shared is None else shared.begin(experiment)
-    with opened(experiment, begun) as world, RunFolder(out) as folder:  # a refusal leaves no directory behind
+    with (
+        experiment.view.open() as viewer,
+        opened(experiment, begun) as world,
+        RunFolder(out) as folder,  # a refusal leaves no directory behind
+        panel as shown,
+    ):
+        watchers = [watcher for watcher in (viewer, shown) if watcher is not None]
         for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
             (out / name).write_text(text, encoding="utf-8")
         try:
-            results = _stages(experiment, world, out, lines, performed, begun, keep)
-            verdict, judged = judge(results, experiment.verdict), reproducible(devices_of(world))
-            document = _summary(experiment, results, verdict, performed, time.monotonic() - began, judged)
+            results, verdict = _stages(experiment, world, out, watchers, performed, begun, keep)
+            document = _summary(experiment, results, verdict, performed, time.monotonic() - began, reproducible(devices_of(world)))
             _keep_baseline(experiment, results, verdict, out / "calibration.yaml")
             write_whole(out / SUMMARY, to_json(document))
         except BaseException as error:
@@ -65,22 +74,36 @@ def execute(
 
 
 def _stages(
-    experiment: Experiment, world: World, out: Path, lines: StageLines, performed: Performance | None, begun: Checkpoint | None,
+    experiment: Experiment, world: World, out: Path, watchers: list[Watcher], performed: Performance | None, begun: Checkpoint | None,
     keep: Keep | None,
-) -> dict[type, object]:  # fmt: skip
+) -> tuple[dict[type, object], Verdict]:  # fmt: skip
+    """Run the stages and judge them, while the log is open."""
     arm, stages, sensor = experiment.arm, experiment.stages, experiment.sensor
-    with _log(experiment, out, devices_of(world)) as log, lines:
-        log.watchers.append(lines)
-        return run_stages(stages, world, arm, log, out, experiment.seed, sensor.highest_raw, begun, keep, performed)
+    with _log(experiment, world, out) as log:
+        log.watchers += watchers
+        if log.draws:
+            log.setup(setup_of(arm, experiment.beacon_m))
+        results = run_stages(stages, world, arm, log, out, experiment.seed, sensor.highest_raw, begun, keep, performed)
+        verdict = judge(results, experiment.verdict)
+        log.write(Event(world.t_ns, "verdict", " ".join((f"{verdict.word}.", *verdict.reasons))))
+    return results, verdict
 
 
-def _log(experiment: Experiment, out: Path, devices: Mapping[str, str | None]) -> AbstractContextManager[RunLog]:
+def _log(experiment: Experiment, world: World, out: Path) -> AbstractContextManager[RunLog]:
     if not experiment.logged:
         return nullcontext(MemoryLog())
     attachments = {"config.yaml": experiment.config_yaml.encode(), "arm.mjcf": kinematics_mjcf(experiment.arm.path)}
-    metadata = {**experiment.about(), **provenance(devices)}
+    metadata = {**experiment.about(), **provenance(devices_of(world)), **_time_of_day(experiment, world)}
     names = experiment.arm.names
     return RunLog.create(out / "run.mcap", sensor=experiment.sensor.name, joints=names, metadata=metadata, attachments=attachments)
+
+
+def _time_of_day(experiment: Experiment, world: World) -> dict[str, str]:
+    """When a bench opened; a simulated world has no time of day, and its logs are the same bytes for the same seed."""
+    if not (isinstance(experiment.backend, RealTime) and experiment.backend.real_time):
+        return {}
+    opened_at = datetime.now(UTC) - timedelta(seconds=seconds(world.t_ns))
+    return {STARTED: opened_at.isoformat(timespec="microseconds")}
 
 
 def _summary(

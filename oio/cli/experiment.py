@@ -3,17 +3,19 @@
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import metadata
 from typing import Any
 
 from oio import __version__
 from oio.cli import git_state
 from oio.core.interfaces import Backend, Sensor
+from oio.core.records import Array
 from oio.kinematics.arm import Arm
 from oio.procedure.procedure import Procedure
 from oio.results.verdict import Criteria
 from oio.runtime.runner import Stage
+from oio.view.base import NoView, View
 
 PACKAGES = ("numpy", "scipy", "mujoco", "numba", "hydra-core", "mcap", "filterpy")
 
@@ -32,6 +34,8 @@ class Experiment:
     overrides: list[str]
     procedure: Procedure | None = None  # the protocol of a laboratory
     logged: bool = True  # to run.mcap; else nothing of the run is kept but its numbers
+    beacon_m: Array | None = None  # (3,) in frame base, where it is known
+    view: View = field(default_factory=NoView)
 
     @property
     def seed(self) -> int:

@@ -4,10 +4,10 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from oio.cli import terminal
 from oio.core.folders import CONF
 
 HEADER = """[bold]Olfactory inertial odometry[/bold]: calibrate a gas sensor on a robot arm, then find a smell with it.
@@ -35,6 +35,7 @@ GROUPS = (
     "search",
     "stage",
     "protocol",
+    "view",
     "experiment",
 )
 NOTES = {"stage": "[...]  in this order; leave some out", "experiment": "  typed with a plus: +experiment=..."}
@@ -63,7 +64,7 @@ def show_help_for(arguments: Sequence[str]) -> None:
 
 def show_help(*folders: Path) -> None:
     """Print the choices of all configuration folders: the project's, and one of the user's own."""
-    console = Console(soft_wrap=True)
+    console = terminal.console(soft_wrap=True)
     console.print(HEADER)
     for group in GROUPS:
         table = Table.grid(padding=(0, 2))

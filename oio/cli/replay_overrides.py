@@ -11,8 +11,7 @@ from oio.log import read_metadata
 # An override from a log is data: a plain word, number or list, or the path of a calibration; with a plus a choice is added.
 PLAIN = re.compile(r"\+{0,2}[A-Za-z_][\w.]*=[\w\-.,+\[\] ]*|calibration=[\w\-./]+")
 ANSWERS = "protocol.answers"
-OF_A_WORLD = ("backend", "recording")  # groups of which a replay has its own
-
+OF_ITS_OWN = ("backend", "recording", "view")  # groups of which a replay has its own
 RECORDING = ("recording", "recording.warm_up_max_s", "recording.baseline_max_s")  # what stages know of a recording: their time-outs
 
 
@@ -21,7 +20,7 @@ def replayed(arguments: list[str]) -> list[str]:
     log = next((a.split("=", 1)[1] for a in arguments if a.startswith("backend.log=")), None)
     if "backend=replay" not in arguments or log is None:
         return arguments
-    words = logged(Path(log), but=arguments, without=OF_A_WORLD)
+    words = logged(Path(log), but=arguments, without=OF_ITS_OWN)
     return [*(word for word in words if not word.startswith("+")), *arguments]  # an experiment that is added may turn a run into a sweep
 
 

@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
@@ -37,7 +38,7 @@ class RunFolder:
             lock.close()
             raise
         self._lock = lock
-        self.status("running")
+        write_status(self.path, "running", started=datetime.now(UTC).isoformat(timespec="milliseconds"))
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -60,9 +61,11 @@ def _used(path: Path) -> BadInput:
     return BadInput(f"{path} already holds a run (status.json). Give another directory, e.g. hydra.run.dir={path}_2.")
 
 
-def write_status(path: Path, state: str, error: str | None = None, trace: str | None = None) -> None:
-    """Write the status.json of a run's folder: `running`, `done`, `failed` or `interrupted`, and what went wrong."""
-    write_whole(path / STATUS, to_json({"state": state, "error": error, "traceback": trace}))
+def write_status(path: Path, state: str, error: str | None = None, trace: str | None = None, started: str | None = None) -> None:
+    """Write the status.json of a run's folder: `running`, `done`, `failed` or `interrupted`, what went wrong, and when it started
+    (ISO 8601, UTC), which is kept if it is not given."""
+    began = started or (read_json(path / STATUS) or {}).get("started")
+    write_whole(path / STATUS, to_json({"state": state, "error": error, "traceback": trace, "started": began}))
 
 
 def write_whole(path: Path, text: str) -> None:

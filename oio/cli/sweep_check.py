@@ -16,6 +16,8 @@ def refuse_bad_choices(arguments: list[str]) -> None:
     words = get_args_parser().parse_args(arguments).overrides
     parsed = OverridesParser.create().parse_overrides(words)
     swept = [o for o in parsed if o.is_sweep_override() and not o.is_hydra_override()]
+    if any(o.key_or_group.split(".")[0] == "view" and o.value() != "none" for o in parsed):
+        raise BadInput("a sweep was asked for with a view, but its jobs run at once and nobody could follow. Leave view= out.")
     values = {o.key_or_group: _values(o, arguments) for o in swept}
     plain = [w for w, o in zip(words, parsed, strict=True) if not o.is_sweep_override() and not w.startswith("hydra")]
     places = config_places(arguments)

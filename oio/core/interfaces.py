@@ -43,6 +43,13 @@ class Backend(Protocol):
 
 
 @runtime_checkable
+class RealTime(Protocol):
+    """Optional protocol of a backend whose worlds go on by themselves, by the clock on the wall: benches."""
+
+    real_time: bool
+
+
+@runtime_checkable
 class Sensor(Protocol):
     """A transduction principle with its numbers: raw to ppm and back, lag, noise, timing."""
 

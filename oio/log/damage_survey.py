@@ -5,10 +5,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.records import Chunk, DataEnd, McapRecord, Message
+from mcap.records import Chunk, DataEnd, McapRecord, Message, Metadata
 from mcap.stream_reader import breakup_chunk
 
+from oio.log.part_file import METADATA
 from oio.log.record_scanner import DAMAGE, records
+from oio.log.wall_clock import start_ns
 
 
 @dataclass(slots=True)
@@ -18,11 +20,12 @@ class RecoveryReport:
     messages: int = 0
     until_ns: int = 0
     complete: bool = False
+    start_ns: int = 0  # from 1970 to the world's opening, from which `until_ns` counts
 
     def count(self, message: Message) -> None:
         """Count one message."""
         self.messages += 1
-        self.until_ns = max(self.until_ns, message.log_time)
+        self.until_ns = max(self.until_ns, message.log_time - self.start_ns)
 
 
 def survey(path: Path) -> RecoveryReport:
@@ -43,6 +46,8 @@ def intact_records(path: Path, found: RecoveryReport) -> Iterator[McapRecord]:
     with path.open("rb") as file:
         try:
             for record in records(file, os.fstat(file.fileno()).st_size, ended=False):
+                if isinstance(record, Metadata) and record.name == METADATA:
+                    found.start_ns = start_ns(record.metadata)
                 unpacked = _unpacked(record)
                 intact &= unpacked is not None
                 yield from unpacked or ()

@@ -33,7 +33,7 @@ def sample_topics(sensor: str) -> dict[str, Any]:
 
 
 def stamp(t_ns: int) -> dict[str, int]:
-    """Return a protobuf Timestamp; its epoch is the moment the world opened."""
+    """Return a protobuf Timestamp, from the moment the world opened; the file moves it to the time of day, if there is one."""
     seconds, nanos = divmod(t_ns, SECOND_NS)
     return {"seconds": seconds, "nanos": nanos}
 
@@ -110,11 +110,11 @@ def odometry(t_ns: int, nose_m: Array, cov: Array) -> Topics:
     full = np.zeros((6, 6))
     full[:3, :3] = cov
     at = stamp(t_ns)
-    place = Odometry(timestamp=at, frame_id="base", body_frame_id="nose", pose=pose(nose_m), pose_covariance=full.ravel().tolist())
+    place = Odometry(timestamp=at, frame_id="base", body_frame_id="nose_believed", pose=pose(nose_m), pose_covariance=full.ravel().tolist())
     frame = FrameTransform(
-        timestamp=at, parent_frame_id="base", child_frame_id="nose", translation=_vector(nose_m), rotation=Quaternion(w=1.0)
+        timestamp=at, parent_frame_id="base", child_frame_id="nose_believed", translation=_vector(nose_m), rotation=Quaternion(w=1.0)
     )
-    return {"/estimate/odom": place, "/tf": frame}
+    return {"/estimate/odom": place, "/estimate/tf": frame}
 
 
 def innovation(surprise: Innovation) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample
 from oio.log import decode
 from oio.log.read import read_kinds
-from oio.log.scene import hypotheses
+from oio.log.scene import belief_scene
 from oio.log.validation import check
 
 
@@ -34,11 +34,13 @@ def read_run(path: Path) -> LoggedRun:
     run = LoggedRun(check(path))
     kept: dict[str, Callable[[Any], None]] = {
         "oio.v1.GasReading": run.readings.append, "oio.v1.State": run.states.append, "oio.v1.Innovation": run.innovations.append,
-        "foxglove.Odometry": run.odometry.append, "foxglove.SceneUpdate": run.hypotheses.append,
+        "foxglove.Odometry": run.odometry.append,
     }  # fmt: skip
     for kind, record in read_kinds(path, _DECODERS):
         if kind in kept:
             kept[kind](record)
+        elif kind == "foxglove.SceneUpdate":
+            run.hypotheses.extend([] if record is None else [(record.t_ns, record.hypotheses)])
         elif kind == "oio.v1.StageResult":
             _stage(run, *record)
         elif not (isinstance(record, Event) and record.kind == "progress"):
@@ -58,5 +60,5 @@ def _stage_with_result(t_ns: int, data: bytes) -> tuple[tuple[int, str, str], st
 
 _DECODERS: dict[str, Callable[[int, bytes], Any]] = {
     **decode.SAMPLES, "oio.v1.GasReading": decode.reading, "oio.v1.State": decode.named_belief, "oio.v1.Innovation": decode.innovation,
-    "foxglove.Odometry": decode.odometry, "foxglove.SceneUpdate": hypotheses, "oio.v1.StageResult": _stage_with_result,
+    "foxglove.Odometry": decode.odometry, "foxglove.SceneUpdate": belief_scene, "oio.v1.StageResult": _stage_with_result,
 }  # fmt: skip

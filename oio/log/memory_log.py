@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample
+from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Setup, StageMark
 from oio.log.write import LONG_AGO_NS, Journal, RunLog
 
 
@@ -11,13 +12,14 @@ class MemoryLog(RunLog):
 
     def __init__(self) -> None:
         self._stage, self._last_progress_ns, self._last_estimate_ns = "", LONG_AGO_NS, LONG_AGO_NS
-        self.watchers = []
+        self._drawn_source, self.watchers = None, []
         self._kept: list[WorldSample] = []
 
     def write(self, sample: WorldSample) -> None:
         """Keep a world sample; progress events are never read back, so they are not kept."""
         if not (isinstance(sample, Event) and sample.kind == "progress"):
             self._kept.append(sample)
+        self._tell(sample)
 
     def samples(self, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
         """Return the samples written so far with since_ns < t_ns <= until_ns, in that order."""
@@ -26,18 +28,35 @@ class MemoryLog(RunLog):
 
     def reading(self, reading: GasReading) -> None:
         """Derived from a sample: not kept."""
+        self._tell(reading)
 
     def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...], every_s: float = 0.0) -> None:
         """Not kept."""
 
     def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
         """Not kept."""
+        self._tell(BelievedNose(t_ns, nose_m, cov))
 
     def innovation(self, innovation: Innovation) -> None:
         """Not kept."""
+        self._tell(innovation)
 
     def spheres(self, t_ns: int, centres: Array, radii_m: Array, hypotheses: list[tuple[Array, Array]], text: str) -> None:
         """Not kept."""
+        self._tell(BeliefScene(t_ns, centres, radii_m, hypotheses, text))
+
+    @property
+    def draws(self) -> bool:
+        """Whether anybody watches."""
+        return bool(self.watchers)
+
+    def setup(self, setup: Setup) -> None:
+        """Not kept."""
+        self._tell(setup)
+
+    def arm(self, frames: ArmFrames) -> None:
+        """Not kept."""
+        self._tell(frames)
 
     def attach(self, name: str, data: bytes) -> None:
         """Not kept."""
@@ -53,5 +72,5 @@ class MemoryLog(RunLog):
         """Keep the samples of another."""
         self._kept += journal
 
-    def _mark(self, stage: str, state: str, t_ns: int, result: object, figure: str = "") -> None:
-        self._notify(stage, state, t_ns, "", figure)
+    def _mark(self, stage: str, state: str, t_ns: int, result: object, why: str = "") -> None:
+        self._tell(StageMark(t_ns, stage, state, why))

@@ -14,6 +14,7 @@ from mcap_protobuf.schema import register_schema
 
 from oio.core.errors import BadInput
 from oio.core.records import SECOND_NS
+from oio.log.wall_clock import shift, start_ns
 
 CHUNK_BYTES = 256 * 1024
 METADATA = "oio.run"
@@ -52,6 +53,7 @@ class PartialLogFile:
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, _Channel] = {}
         self._t_ns = self._flushed_ns = 0
+        self._start_ns = start_ns(metadata)
         self._flushed_wall_s = time.monotonic()
         self._journal: list[LogCall] | None = None
         self._writer.add_metadata(METADATA, metadata)
@@ -67,14 +69,17 @@ class PartialLogFile:
         return self._channels[topic]
 
     def put(self, topic: str, t_ns: int, message: Any) -> None:
-        """Append one message; both its MCAP times are the time of the record."""
+        """Append one message; both its MCAP times are the time of the record, since 1970 if the world has a time of day."""
+        if self._start_ns:
+            shift(message, self._start_ns)
         self._append(topic, t_ns, type(message), message.SerializeToString())
 
     def _append(self, topic: str, t_ns: int, kind: Any, data: bytes) -> None:
         if self._journal is not None:
             self._journal.append(partial(PartialLogFile._append, topic=topic, t_ns=t_ns, kind=kind, data=data))
         channel = self.channel(topic, kind)
-        self._writer.add_message(channel.id, t_ns, data, t_ns, channel.sequence)
+        at_ns = self._start_ns + t_ns
+        self._writer.add_message(channel.id, at_ns, data, at_ns, channel.sequence)
         channel.sequence += 1
         self._t_ns = max(self._t_ns, t_ns)
         if self._t_ns - self._flushed_ns >= SECOND_NS:
@@ -86,7 +91,7 @@ class PartialLogFile:
         """Append an attachment. At once, not at the end: the configuration of a crashed run is then in its log."""
         if self._journal is not None:
             self._journal.append(partial(PartialLogFile.attach, name=name, data=data))
-        self._writer.add_attachment(0, self._t_ns, name, "application/octet-stream", data)
+        self._writer.add_attachment(0, self._start_ns + self._t_ns, name, "application/octet-stream", data)
         self._flush_file()
 
     def flush(self) -> int:

@@ -11,12 +11,15 @@ from mcap.records import Attachment, Message
 from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
 from oio.log import decode
+from oio.log.decode_entries import ENTRIES
+from oio.log.entries import Entry
 from oio.log.record_scanner import DAMAGE, MessageFilter, messages_so_far, records
-from oio.log.scene import hypotheses
+from oio.log.scene import belief_scene
 from oio.log.validation import check, refuse_damaged
+from oio.log.wall_clock import start_ns
 
 T = TypeVar("T")
-BY_STAGES = ("progress", "bout")  # kinds of events that stages write for the user: no part of the world, a replay makes its own
+BY_STAGES = ("progress", "bout", "verdict")  # kinds of events that stages write for the user: no part of the world, a replay makes its own
 
 
 def read_samples(path: Path, since_ns: int = -1, until_ns: int | None = None) -> Generator[WorldSample, None, None]:
@@ -77,7 +80,15 @@ def read_stages(path: Path) -> Iterator[tuple[int, str, str]]:
 
 def read_hypotheses(path: Path) -> Iterator[tuple[int, list[tuple[Array, Array]]]]:
     """Return (t_ns, hypotheses of the source, best first, each (3,) m and (3, 3) m^2) of every scene; errors as `read_samples`."""
-    return _records_of_schema(path, "foxglove.SceneUpdate", hypotheses)
+    scenes = _records_of_schema(path, "foxglove.SceneUpdate", belief_scene)
+    return ((scene.t_ns, scene.hypotheses) for scene in scenes if scene is not None)
+
+
+def read_entries(path: Path) -> Iterator[Entry]:
+    """Return all that a watcher of the run was told, in written order; errors as `read_samples`."""
+    check(path)
+    decoded = (ENTRIES[kind](message.log_time, message.data) for kind, message in _selected(path, MessageFilter(ENTRIES)))
+    return (entry for entry in decoded if entry is not None)
 
 
 def read_kinds(path: Path, decoders: Mapping[str, Callable[[int, bytes], Any]]) -> Iterator[tuple[str, Any]]:
@@ -109,11 +120,11 @@ def read_metadata(path: Path) -> dict[str, str]:
 
 def read_end(path: Path) -> int:
     """Return the end time of the run [ns]: at least that of its last sample."""
-    check(path)
+    start = start_ns(check(path))
     with path.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None and summary.statistics is not None  # `check` has verified the summary's checksum
-    return summary.statistics.message_end_time
+    return max(summary.statistics.message_end_time - start, 0)
 
 
 def read_attachment(path: Path, name: str) -> bytes:

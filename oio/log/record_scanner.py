@@ -7,8 +7,11 @@ from typing import IO, cast
 
 import zstandard
 from mcap.exceptions import McapError
-from mcap.records import Channel, Chunk, DataEnd, Footer, McapRecord, Message, Schema
+from mcap.records import Channel, Chunk, DataEnd, Footer, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
+
+from oio.log.part_file import METADATA
+from oio.log.wall_clock import start_ns
 
 # What the parser raises on corrupted bytes; CRC and text errors are ValueErrors.
 DAMAGE = (McapError, ValueError, struct.error, zstandard.ZstdError, MemoryError, OverflowError)
@@ -51,10 +54,13 @@ class MessageFilter:
         self._kinds, self._since_ns, self._until_ns = frozenset(kinds), since_ns, until_ns
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, str] = {}
+        self._start_ns = 0
 
     def pick(self, stream: Iterator[McapRecord]) -> Iterator[tuple[str, Message]]:
-        """Yield (schema name, message) in written order with since_ns < log time <= until_ns."""
+        """Yield (schema name, message) in written order with since_ns < log time <= until_ns; log times count from the world's opening."""
         for record in stream:
+            if isinstance(record, Metadata) and record.name == METADATA:
+                self._start_ns = start_ns(record.metadata)
             if isinstance(record, Chunk) and self._may_contain(record):
                 for inner in breakup_chunk(record, validate_crc=True):
                     yield from self._select(inner)
@@ -65,6 +71,7 @@ class MessageFilter:
         return self._in_window(chunk.message_end_time, chunk.message_start_time)
 
     def _in_window(self, late_ns: int, early_ns: int) -> bool:
+        late_ns, early_ns = late_ns - self._start_ns, early_ns - self._start_ns
         return late_ns > self._since_ns and (self._until_ns is None or early_ns <= self._until_ns)
 
     def _select(self, record: McapRecord) -> Iterator[tuple[str, Message]]:
@@ -76,6 +83,7 @@ class MessageFilter:
             case Message():
                 kind = self._channels.get(record.channel_id)
                 if kind in self._kinds and self._in_window(record.log_time, record.log_time):
+                    record.log_time -= self._start_ns
                     yield kind, record
 
 

@@ -12,9 +12,10 @@ from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
+from oio.core.quaternions import quaternion, rotation
 from oio.core.records import Array
 from oio.log.encode import pose, stamp
-from oio.log.quaternions import quaternion, rotation
+from oio.log.entries import BeliefScene
 
 CHI2_95 = 7.81  # 95 % quantile of chi-square with 3 degrees of freedom
 _SPHERE_COLOR = Color(r=0.2, g=0.5, b=1.0, a=0.12)
@@ -55,18 +56,34 @@ def _sphere(centre_m: Array, size_m: Array, color: Color, xyzw: Sequence[float] 
     return SpherePrimitive(pose=pose(centre_m, xyzw), size=Vector3(x=x, y=y, z=z), color=color)
 
 
+def ball(centre_m: Array, diameter_m: float, color: Color) -> SpherePrimitive:
+    """Return a sphere at (3,) m."""
+    return _sphere(centre_m, np.full(3, diameter_m), color)
+
+
 def _finite(*arrays: Array | float) -> bool:
     return all(np.all(np.isfinite(array)) for array in arrays)
 
 
-def hypotheses(t_ns: int, data: bytes) -> tuple[int, list[tuple[Array, Array]]]:
-    """Decode the hypotheses of a scene: t_ns, and each mean (3,) m and covariance (3, 3) m^2, as passed to `scene`."""
-    entities = SceneUpdate.FromString(data).entities
-    return t_ns, [_mean_and_cov(ball) for entity in entities if entity.id == "hypotheses" for ball in entity.spheres]
+def belief_scene(t_ns: int, data: bytes) -> BeliefScene | None:
+    """Decode a scene as it was passed to `scene`; None for one of something else."""
+    drawn = {entity.id: entity for entity in SceneUpdate.FromString(data).entities}
+    if "hypotheses" not in drawn:
+        return None
+    balls = [(point(ball), 0.5 * ball.size.x) for ball in drawn["spheres"].spheres]
+    centres, radii = np.array([centre for centre, _ in balls]).reshape(-1, 3), np.array([radius for _, radius in balls])
+    told = [text.text for text in drawn["text"].texts]
+    return BeliefScene(t_ns, centres, radii, [_mean_and_cov(ball) for ball in drawn["hypotheses"].spheres], " ".join(told))
 
 
-def _mean_and_cov(ball: Any) -> tuple[Array, Array]:
-    p, q, size = ball.pose.position, ball.pose.orientation, ball.size
+def point(drawn: Any) -> Array:
+    """Return the place (3,) m of a primitive."""
+    p = drawn.pose.position
+    return np.array([p.x, p.y, p.z])
+
+
+def _mean_and_cov(drawn: Any) -> tuple[Array, Array]:
+    q, size = drawn.pose.orientation, drawn.size
     axes = rotation(np.array([q.x, q.y, q.z, q.w]))
     variances = np.array([size.x, size.y, size.z]) ** 2 / (4.0 * CHI2_95)
-    return np.array([p.x, p.y, p.z]), axes * variances @ axes.T
+    return point(drawn), axes * variances @ axes.T

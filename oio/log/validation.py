@@ -15,6 +15,7 @@ from oio.log.damage_survey import survey
 from oio.log.part_file import METADATA
 from oio.log.record_scanner import DAMAGE, records
 from oio.log.schemas import SCHEMA_VERSION
+from oio.log.wall_clock import start_ns
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, of its offsets, CRC of the summary
 _DATA_END = struct.Struct("<BQ")  # opcode, length; a CRC of all data follows
@@ -55,6 +56,10 @@ def metadata(path: Path) -> dict[str, str]:
     found = _find_metadata(path)
     if found is None:
         raise BadInput(f"{path} is an MCAP file, but without the record '{METADATA}': it was not written by OIO. {_EXAMPLE}")
+    try:
+        start_ns(found)
+    except ValueError as error:
+        refuse_damaged(path, str(error))
     version = found.get("schema_version", "none")
     if version != SCHEMA_VERSION:
         raise BadInput(

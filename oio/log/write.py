@@ -5,8 +5,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, WorldSample, nanoseconds
+import numpy as np
+
+from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, Truth, WorldSample, nanoseconds
 from oio.log import encode, schemas
+from oio.log.arm_scene import setup_scene, source_scene, transforms
+from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Entry, Progress, Setup, StageMark, Watcher
 from oio.log.part_file import PartialLogFile
 from oio.log.plain_json import to_json
 from oio.log.read import samples_written
@@ -14,19 +18,19 @@ from oio.log.scene import scene
 
 LONG_AGO_NS = -(1 << 62)
 Journal = tuple[Any, ...]  # what a log has written, to be written to another
-ProgressWatcher = Callable[[str, str, int, str, str], None]
 
 
 class RunLog:
     """Open run log. Time comes from the records alone, so the same calls give the same bytes.
 
-    `watchers` are called with (stage, `begin` | `progress` | `end` | `failed`, t_ns, waits_for, figure).
+    `watchers` are told of every entry once it is logged.
     """
 
     def __init__(self, part: PartialLogFile, sensor: str, joints: tuple[str, ...]) -> None:
         self._part, self._sensor, self._joints = part, sensor, joints
         self._stage, self._last_progress_ns, self._last_estimate_ns = "", LONG_AGO_NS, LONG_AGO_NS
-        self.watchers: list[ProgressWatcher] = []
+        self._drawn_source: Array | None = None
+        self.watchers: list[Watcher] = []
         # All sample channels are declared in the first chunk, so that a reader may skip later chunks by their times.
         for topic, kind in encode.sample_topics(sensor).items():
             part.channel(topic, kind)
@@ -51,10 +55,14 @@ class RunLog:
     def write(self, sample: WorldSample) -> None:
         """Log a world sample."""
         self._put(sample.t_ns, encode.world_sample(sample, self._sensor, self._joints))
+        if isinstance(sample, Truth):
+            self._draw_source(sample)
+        self._tell(sample)
 
     def reading(self, reading: GasReading) -> None:
         """Log a calibrated reading in ppm."""
         self._part.put(f"/gas/{self._sensor}/reading", reading.t_ns, encode.gas_reading(reading))
+        self._tell(reading)
 
     def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...], every_s: float = 0.0) -> None:
         """Log a belief (n,), (n, n), with a name and a unit for each of the n entries; none less than `every_s` after the last one."""
@@ -66,14 +74,38 @@ class RunLog:
     def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
         """Log the believed nose: (3,) m and (3, 3) m^2 in frame base."""
         self._put(t_ns, encode.odometry(t_ns, nose_m, cov))
+        self._tell(BelievedNose(t_ns, nose_m, cov))
 
     def innovation(self, innovation: Innovation) -> None:
         """Log the innovation of an update."""
         self._part.put("/estimate/innovation", innovation.t_ns, encode.innovation(innovation))
+        self._tell(innovation)
 
     def spheres(self, t_ns: int, centres: Array, radii_m: Array, hypotheses: list[tuple[Array, Array]], text: str) -> None:
         """Log a scene for the viewer: spheres (k, 3) m, (k,) m and 95 % ellipsoids of hypotheses (mean (3,) m, cov (3, 3) m^2)."""
         self._part.put("/belief/scene", t_ns, scene(t_ns, centres, radii_m, hypotheses, text))
+        self._tell(BeliefScene(t_ns, centres, radii_m, hypotheses, text))
+
+    @property
+    def draws(self) -> bool:
+        """Whether anybody will look at the arm."""
+        return True
+
+    def setup(self, setup: Setup) -> None:
+        """Log what stands still, for viewers: links, box, beacon."""
+        self._part.put("/arm/scene", 0, setup_scene(0, setup))
+        self._tell(setup)
+
+    def arm(self, frames: ArmFrames) -> None:
+        """Log the frames of the arm, for viewers."""
+        self._part.put("/tf", frames.t_ns, transforms(frames))
+        self._tell(frames)
+
+    def _draw_source(self, truth: Truth) -> None:
+        """Draw the true source when it is another."""
+        if self._drawn_source is None or not np.array_equal(self._drawn_source, truth.source_m, equal_nan=True):
+            self._drawn_source = truth.source_m
+            self._part.put("/truth/scene", truth.t_ns, source_scene(truth.t_ns, truth.source_m))
 
     def attach(self, name: str, data: bytes) -> None:
         """Attach a file to the log; of two with one name, readers return the later."""
@@ -84,6 +116,7 @@ class RunLog:
         """Log begin and end of a stage at the times of `clock`; call the yielded function with the stage's result."""
         results: list[object] = []
         outer, self._stage, self._last_progress_ns, self._last_estimate_ns = self._stage, name, LONG_AGO_NS, LONG_AGO_NS
+        self._drawn_source = None  # drawn anew in every stage: a run that goes on after some of them leaves the same bytes
         self._mark(name, "begin", clock(), None)
         try:
             yield results.append
@@ -95,10 +128,10 @@ class RunLog:
         finally:
             self._stage = outer
 
-    def _mark(self, stage: str, state: str, t_ns: int, result: object, figure: str = "") -> None:
+    def _mark(self, stage: str, state: str, t_ns: int, result: object, why: str = "") -> None:
         self._part.put(f"/stage/{stage}", t_ns, encode.stage_result(t_ns, stage, state, to_json(result)))
         self._part.flush()  # a long computation may follow, during which world time stands still
-        self._notify(stage, state, t_ns, "", figure)
+        self._tell(StageMark(t_ns, stage, state, why))
 
     def progress(self, t_ns: int, waits_for: str, figure: str) -> None:
         """Log what the running stage waits for and its progress figure; at most once per second of world time."""
@@ -106,7 +139,7 @@ class RunLog:
             return
         self._last_progress_ns = t_ns
         self.write(Event(t_ns, "progress", f"{self._stage}: {waits_for}: {figure}"))
-        self._notify(self._stage, "progress", t_ns, waits_for, figure)
+        self._tell(Progress(t_ns, self._stage, waits_for, figure))
 
     def samples(self, since_ns: int = -1, until_ns: int | None = None) -> Iterator[WorldSample]:
         """Return the samples written so far with since_ns < t_ns <= until_ns, in that order, read back from the file."""
@@ -128,6 +161,6 @@ class RunLog:
         for topic, message in messages.items():
             self._part.put(topic, t_ns, message)
 
-    def _notify(self, *event: Any) -> None:
+    def _tell(self, entry: Entry) -> None:
         for watcher in self.watchers:
-            watcher(*event)
+            watcher(entry)

@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 from oio.cli.build import build
 from oio.cli.compose import compose
 from oio.cli.experiment import Experiment
-from oio.cli.replay_overrides import ANSWERS, OF_A_WORLD, logged, quoted
+from oio.cli.replay_overrides import ANSWERS, OF_ITS_OWN, logged, quoted
 from oio.core.errors import BadInput
 from oio.reproduce.original import Original
 
@@ -21,7 +21,7 @@ def experiment_again(made: Original, words: Sequence[str], places: tuple[str, ..
 
     Overrides of the log are data, and what is built is what conf/ names. `words` come after them; `places` are further configuration.
     """
-    without = () if made.simulated else OF_A_WORLD
+    without = () if made.simulated else OF_ITS_OWN
     replay = [] if made.simulated else ["backend=replay", f"backend.log={quoted(made.log.resolve())}"]
     overrides = [*logged(made.log, but=words, without=without), *words, *replay]
     composed = compose(overrides, places)

@@ -22,8 +22,11 @@ class GuardedWorld:
     that took it for a value would put the source where the gas is just that strong.
     """
 
-    def __init__(self, world: World, arm: Arm, log: RunLog, highest_raw: float = math.inf) -> None:
+    def __init__(
+        self, world: World, arm: Arm, log: RunLog, highest_raw: float = math.inf, display: Callable[[JointState], None] | None = None
+    ) -> None:
         self._world, self._arm, self._log, self._highest_raw = world, arm, log, highest_raw
+        self._display = display  # of the joints, for viewers
         self._goal, self._gas = arm.home, GasStream()
         self._planned: tuple[Array, float] | None = None  # the goal last planned from here, and its duration [s]
 
@@ -39,6 +42,8 @@ class GuardedWorld:
         for sample in self._world.samples(for_s):
             self._log.write(sample)
             interrupt.check()
+            if self._display is not None and isinstance(sample, JointState):
+                self._display(sample)
             if isinstance(sample, GasSample):
                 self._gas.arrived(sample.t_ns)
                 if sample.raw >= self._highest_raw:

@@ -14,6 +14,7 @@ from oio.core.errors import BadInput
 from oio.core.interfaces import World
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
+from oio.runtime.arm_display import ArmDisplay
 from oio.runtime.checkpoint import Checkpoint, Checkpoints, Keep
 from oio.runtime.context import Context
 from oio.runtime.guarded_world import GuardedWorld
@@ -73,7 +74,9 @@ def run_stages(
     `keep` gets a checkpoint after every stage but the last. `between` is called before and after every stage that is run.
     """
     check_order(stages)
-    watched, checkpoints = GuardedWorld(world, arm, log, highest_raw), Checkpoints(keep, world, log, out)
+    display = ArmDisplay(arm, log) if log.draws else None
+    watched = GuardedWorld(world, arm, log, highest_raw, display.follow if display else None)
+    checkpoints = Checkpoints(keep, world, log, out)
     results: dict[type, object] = {}
     between = between or _nothing
     if begun is not None:
@@ -83,6 +86,8 @@ def run_stages(
         if begun is not None and number <= begun.stages:
             continue
         between("before", name, watched, log)
+        if display is not None:
+            display.begin()
         rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
         with log.stage(name, lambda: watched.t_ns) as close:
             result = stage.run(Context(watched, log, rng, out, results))

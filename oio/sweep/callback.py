@@ -5,8 +5,8 @@ from typing import Any
 
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
-from rich.console import Console
 
+from oio.cli import terminal
 from oio.cli.outcome import FAILED
 from oio.cli.run_folder import SUMMARY, read_json, state_of
 from oio.core.errors import OioError
@@ -27,7 +27,7 @@ class SweepTable(Callback):
         show_sweep(outcomes, str(folder))
         if config.hydra.runtime.choices.get("experiment") == "table_1":
             conf = next(Path(source.path) for source in config.hydra.runtime.config_sources if source.provider == "main")
-            show_table_1([outcome.summary for outcome in outcomes if outcome.summary], table_1(conf), Console())
+            show_table_1([outcome.summary for outcome in outcomes if outcome.summary], table_1(conf), terminal.console())
         failed = sum(outcome.state != "done" for outcome in outcomes)
         if failed:
             FAILED.append(OioError(f"{failed} jobs of the sweep failed; their status.json says why."))

@@ -1,15 +1,14 @@
 """What `python -m oio.sweep status | table | compare | worst` show in the terminal."""
 
 import argparse
-import sys
 from collections import Counter
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
+from oio.cli import terminal
+from oio.cli.table_layout import print_table
 from oio.sweep.compare import compare
 from oio.sweep.group_table import group_table
 from oio.sweep.manifest import Manifest, is_running
@@ -25,7 +24,7 @@ def status(given: argparse.Namespace) -> None:
     """Print how far the sweep is."""
     manifest = Manifest.read(given.dir)
     outcomes = manifest.outcomes()
-    states, console = Counter(outcome.state for outcome in outcomes), Console(soft_wrap=True, highlight=False)
+    states, console = Counter(outcome.state for outcome in outcomes), terminal.console(soft_wrap=True, highlight=False)
     told = ", ".join(f"{count} {'not begun' if state == 'missing' else state}" for state, count in states.items())
     console.print(f"{len(outcomes)} jobs in {escape(str(given.dir))}: {told}")
     going = is_running(given.dir)
@@ -52,24 +51,21 @@ def table(given: argparse.Namespace) -> None:
     if given.by != "job" or given.out is None:
         show_rows(found, f"{len(rows)} jobs, {given.dir}; [low, high] are 95 % bootstrap intervals")
     if given.out is not None:
-        Console(soft_wrap=True).print(f"{len(found)} rows are in {given.out}", markup=False)
+        terminal.console(soft_wrap=True).print(f"{len(found)} rows are in {given.out}", markup=False)
 
 
 def comparison(given: argparse.Namespace) -> None:
     """Print the comparison of two sweeps."""
-    told, console = compare(given.dir_a, given.dir_b), Console(soft_wrap=True, highlight=False)
+    told, console = compare(given.dir_a, given.dir_b), terminal.console(soft_wrap=True, highlight=False)
     low, high = told.ratio_interval
     console.print(f"{len(told.a)} pairs by {', '.join(told.paired_by)}; {told.unpaired} jobs without a partner", markup=False)
     console.print(f"error of B over that of A: {told.ratio:.3f} [{low:.3f}, {high:.3f}] (geometric mean, 95 % bootstrap)", markup=False)
     nearer = f"B is nearer in {int((told.b < told.a).sum())} of {len(told.a)}"
     console.print(f"medians: A {_median(told.a)} {told.unit}, B {_median(told.b)} {told.unit}; {nearer}")
-    shown = Table(title="what differs in config.yaml" if told.differs else "the configurations are equal", title_justify="left")
-    for head in ("key", "A", "B"):
-        shown.add_column(head, overflow="fold")
-    for line in told.differs[:40]:
-        shown.add_row(*map(escape, line))
     if told.differs:
-        console.print(shown)
+        print_table(terminal.console(), "what differs in config.yaml", ("key", "A", "B"), told.differs[:40], 3)
+    else:
+        console.print("the configurations are equal")
     if len(told.differs) > 40:
         console.print(f"and {len(told.differs) - 40} keys more")
 
@@ -81,19 +77,17 @@ def _median(errors: Any) -> str:
 def worst_jobs(given: argparse.Namespace) -> None:
     """Print the jobs to look at first."""
     rows = records(Manifest.read(given.dir).outcomes())
-    found, console = worst(rows, given.count), Console(soft_wrap=True, highlight=False)
+    found, console = worst(rows, given.count), terminal.console(soft_wrap=True, highlight=False)
     if not found:
         return console.print(f"nothing among {len(rows)} jobs is failed, wrong or far off", markup=False)
-    shown = Table(title=escape(f"the jobs of {given.dir} to look at first"), title_justify="left")
-    for head in ("job", "why", "error", "sd", "NEES", "verdict", "scored"):
-        shown.add_column(head)
+    shown = []
     for row, why in found:
         missed = "" if error_of(row) is None else "{:.1f} {}".format(*shown_error(row))
         sd = row.get("calibrated.sd_m")
-        cells = [missed, "" if sd is None else f"{1e3 * sd:.1f} mm", *(text(row.get(key), 3) for key in KEYS)]
-        shown.add_row(escape(row["job"]), why, *cells)
-    Console(width=None if sys.stdout.isatty() else 160).print(shown)
+        shown.append([row["job"], why, missed, "" if sd is None else f"{1e3 * sd:.1f} mm", *(text(row.get(key), 3) for key in KEYS)])
+    print_table(terminal.console(), f"the jobs of {given.dir} to look at first", WORST_HEADS, shown, 2)
     console.print(f"see one: python -m oio.figures {given.dir / found[0][0]['job']}", markup=False)
 
 
+WORST_HEADS = ("job", "why", "error", "sd", "NEES", "verdict", "scored")
 KEYS = ("calibrated.nees_source", "verdict", "scored.word")

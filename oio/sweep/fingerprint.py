@@ -19,11 +19,16 @@ CODE = ("oio", "pipelines", "hardware")
 SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv")
 NO_RESULT = (
     "oio/bench",
+    "oio/compare",
     "oio/doctor",
+    "oio/export",
     "oio/figures",
+    "oio/identify",
+    "oio/report",
     "oio/reproduce",
     "oio/sweep",
     "oio/testing",
+    "oio/view",
     "hardware/doctor",
     "hardware/firmware",
 )  # rooms that no number of a run depends on

@@ -4,8 +4,9 @@ import sys
 import time
 from types import TracebackType
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from oio.cli import terminal
 
 LINE_S = 30.0  # between two lines where there is no terminal
 
@@ -15,8 +16,8 @@ class SweepProgress:
 
     def __init__(self, jobs: int) -> None:
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
-        self._terminal = sys.stderr.isatty()
-        self._bar = Progress(*columns, console=Console(stderr=True), disable=not self._terminal)
+        self._terminal = terminal.may_move()
+        self._bar = Progress(*columns, console=terminal.console(stderr=True), disable=not self._terminal)
         self._task = self._bar.add_task("jobs", total=jobs)
         self._jobs, self._ended, self._failed = jobs, 0, 0
         self._began = self._told = time.monotonic()  # of the display alone

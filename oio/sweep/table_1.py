@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 from rich.console import Console
-from rich.table import Table
+
+from oio.cli.table_layout import print_table
 
 
 class Published(NamedTuple):
@@ -29,12 +30,11 @@ def show_table_1(summaries: Sequence[Mapping[str, Any]], published: Mapping[str,
     for s in summaries:
         if s["calibration"]:
             runs.setdefault(s["sensor"], []).append(s["calibration"])
-    table = Table(title="Table I: medians over seeds, beside the paper's", title_justify="left")
-    for head in ("sensor", "seeds", "total calibration time, s", "paper", "error, ppm", "paper"):
-        table.add_column(head, justify="left" if head == "sensor" else "right")
+    rows = []
     for sensor, found in runs.items():
         paper = published.get(sensor)
         time_s, error_ppm = (float(np.median([c[key] for c in found])) for key in ("time_s", "error_ppm"))
         theirs = ("-", "-") if paper is None else (f"{paper.time_s:g}", f"{paper.error_ppm:g}")
-        table.add_row(sensor, str(len(found)), f"{time_s:.0f}", theirs[0], f"{error_ppm:.1f}", theirs[1])
-    console.print(table)
+        rows.append([sensor, str(len(found)), f"{time_s:.0f}", theirs[0], f"{error_ppm:.1f}", theirs[1]])
+    heads = ("sensor", "seeds", "total calibration time, s", "paper", "error, ppm", "paper")
+    print_table(console, "Table I: medians over seeds, beside the paper's", heads, rows)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,8 @@ def test_an_arm_climbs_toward_the_beacon_and_its_log_replays_to_the_bit(emulator
     assert run.code == 0, run.said
     samples = run.samples()
     assert run.all_accounted()
+    began = datetime.fromisoformat(read_metadata(run.log)["started"])
+    assert timedelta(0) < datetime.now(UTC) - began < timedelta(hours=1) and samples[0].t_ns < 60e9
     q = np.array([s.q for s in samples if isinstance(s, JointState)])
     assert np.sum(np.ptp(q, axis=0) > 0.02) >= 3  # joints that have moved
     words = [sys.executable, "-m", "oio.run", "backend=replay", f"backend.log={run.log}", f"hydra.run.dir={tmp_path / 'again'}"]

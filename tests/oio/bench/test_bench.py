@@ -23,7 +23,7 @@ from oio.cli.build import build
 from oio.cli.execute import execute
 from oio.core.errors import BadInput
 from oio.core.records import Event, GasSample
-from oio.log import MemoryLog
+from oio.log import MemoryLog, Progress, StageMark
 from oio.sweep.table_1 import Published
 
 SHORT = (
@@ -97,11 +97,12 @@ def test_the_log_in_memory_gives_back_what_lies_between(times, since, until):
 
 def test_the_log_in_memory_tells_its_watchers_as_the_file_does():
     log, told = MemoryLog(), []
-    log.watchers.append(lambda *news: told.append(news))
+    log.watchers.append(told.append)
     with log.stage("warm_up", lambda: 7) as close:
         log.progress(7, "slope", "1 ppm")
         close(None)
-    assert told == [("warm_up", "begin", 7, "", ""), ("warm_up", "progress", 7, "slope", "1 ppm"), ("warm_up", "end", 7, "", "")]
+    marks = [entry for entry in told if not isinstance(entry, Event)]
+    assert marks == [StageMark(7, "warm_up", "begin"), Progress(7, "warm_up", "slope", "1 ppm"), StageMark(7, "warm_up", "end")]
 
 
 # ---- many of them

@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from datetime import datetime
 
 import pytest
 
@@ -43,7 +44,9 @@ def left(folder):
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     summary = json.loads(files.pop("summary.json"))
     del summary["wall_s"]
-    return summary, files
+    status = json.loads(files.pop("status.json"))
+    assert datetime.fromisoformat(status.pop("started")).tzinfo is not None
+    return summary, status, files
 
 
 @pytest.mark.parametrize("words", [("air=draft", "world=wall"), ("logging=summary", "backend.gas_delay_s=0.1")])

@@ -20,7 +20,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from oio.core.errors import BadInput
 from oio.core.records import SECOND_NS, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth
-from oio.log import RunLog, read_attachment, read_metadata, read_samples
+from oio.log import BeliefScene, BelievedNose, Entry, Progress, RunLog, StageMark, read_attachment, read_metadata, read_samples
 from oio.log.plain_json import to_json
 from oio.log.scene import CHI2_95, scene
 
@@ -85,7 +85,7 @@ def test_every_topic_and_its_numbers(finished: Path) -> None:
             topics.setdefault(channel.topic, []).append(message)
     assert set(topics) == {
         *("/arm/joint_states", "/gas/ec/sample", "/gas/ec/reading", "/truth/state", "/truth/nose", "/events", "/log"),
-        *("/estimate/state", "/estimate/odom", "/estimate/innovation", "/tf", "/belief/scene", "/stage/warm_up"),
+        *("/estimate/state", "/estimate/odom", "/estimate/innovation", "/estimate/tf", "/belief/scene", "/truth/scene", "/stage/warm_up"),
     }
     for messages in topics.values():
         assert [m.sequence for m in messages] == list(range(len(messages)))
@@ -96,10 +96,10 @@ def test_what_a_viewer_gets(finished: Path) -> None:
     _, joints = decoded(finished, "/arm/joint_states")[0]
     assert [(j.name, j.velocity) for j in joints.joints] == [("azimuth", 1.0), ("elevation", 0.0)]
     _, odometry = decoded(finished, "/estimate/odom")[0]
-    assert (odometry.frame_id, odometry.body_frame_id) == ("base", "nose")
+    assert (odometry.frame_id, odometry.body_frame_id) == ("base", "nose_believed")
     assert np.array_equal(np.array(odometry.pose_covariance).reshape(6, 6)[:3, :3], np.diag([1.0, 2.0, 3.0]))
-    _, frame = decoded(finished, "/tf")[0]
-    assert (frame.parent_frame_id, frame.child_frame_id, frame.translation.z) == ("base", "nose", 0.3)
+    _, frame = decoded(finished, "/estimate/tf")[0]
+    assert (frame.parent_frame_id, frame.child_frame_id, frame.translation.z) == ("base", "nose_believed", 0.3)
     _, line = decoded(finished, "/log")[0]
     assert (line.name, line.message, line.level) == ("present", "none", 2)
     _, nose = decoded(finished, "/truth/nose")[0]
@@ -111,13 +111,14 @@ def test_what_a_viewer_gets(finished: Path) -> None:
 
 
 def test_stage_begins_ends_and_tells_its_watchers(tmp_path: Path) -> None:
-    told: list[tuple[str, str, int, str, str]] = []
+    heard: list[Entry] = []
     with create(tmp_path / "run.mcap") as log:
-        log.watchers.append(lambda *news: told.append(news))
+        log.watchers.append(heard.append)
         fill(log)
         with pytest.raises(ZeroDivisionError), log.stage("map", lambda: 4 * SECOND_NS):
             _ = 1 / 0
-    assert [news[:3] for news in told] == [
+    told = [entry for entry in heard if isinstance(entry, StageMark | Progress)]
+    assert [(entry.stage, getattr(entry, "state", "progress"), entry.t_ns) for entry in told] == [
         ("warm_up", "begin", 0),
         ("warm_up", "progress", SECOND_NS // 10),
         ("warm_up", "progress", SECOND_NS // 10 + SECOND_NS),
@@ -126,7 +127,10 @@ def test_stage_begins_ends_and_tells_its_watchers(tmp_path: Path) -> None:
         ("map", "begin", 4 * SECOND_NS),
         ("map", "failed", 4 * SECOND_NS),
     ]
-    assert told[1][3:] == ("drift below 1 ppm/min", "1.000 ppm/min")
+    assert told[1] == Progress(SECOND_NS // 10, "warm_up", "drift below 1 ppm/min", "1.000 ppm/min")
+    assert told[-1] == StageMark(4 * SECOND_NS, "map", "failed", "division by zero")
+    kinds = (JointState, GasSample, Truth, Event, GasReading, Innovation, BelievedNose, BeliefScene)
+    assert {kind for kind in kinds if any(isinstance(entry, kind) for entry in heard)} == set(kinds)
     results = [(m.state, json.loads(m.json)) for _, m in decoded(tmp_path / "run.mcap", "/stage/map")]
     assert results == [("begin", None), ("failed", {"error": "ZeroDivisionError", "text": "division by zero"})]
     assert [json.loads(m.json) for _, m in decoded(tmp_path / "run.mcap", "/stage/warm_up")] == [None, {"drift": None}]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from oio.log.quaternions import quaternion, rotation
+from oio.core.quaternions import quaternion, rotation
 
 HALF_TURNS = [Rotation.from_rotvec(np.pi * axis) for axis in np.eye(3)]
 TURNS = [Rotation.identity(), *HALF_TURNS, *Rotation.random(200, random_state=3)]

@@ -1,4 +1,4 @@
-"""Quaternions x, y, z, w as Foxglove's poses have them. (`scipy.spatial.transform` has them too, at 0.1 s of import.)"""
+"""Quaternions x, y, z, w, as poses of viewers have them. (`scipy.spatial.transform` has them too, at 0.1 s of import.)"""
 
 import numpy as np
 
@@ -26,4 +26,18 @@ def rotation(xyzw: Array) -> Array:
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
+    )
+
+
+def product(a: Array, b: Array) -> Array:
+    """Return Hamilton's products a b (k, 4) of a (k, 4) and b (k, 4): the rotation b, then a."""
+    (ax, ay, az, aw), (bx, by, bz, bw) = a.T, b.T
+    return np.stack(
+        [
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        ],
+        axis=1,
     )
