@@ -47,7 +47,8 @@ class AssembleQR:
             moves=found.moves + sum(rung.moves for rung in bouts.rungs),
             baselines=base.elements,
         )
-        text = calibration_yaml(calibration, bouts, found, noises, self.holds_for, judge(context.results, self.verdict), context.world.t_ns)
+        held, verdict = self.holds_for, judge(context.results, self.verdict)
+        text = calibration_yaml(calibration, bouts, found, noises, held, context.world.made, verdict, context.world.t_ns)
         (context.out / "calibration.yaml").write_text(text, encoding="utf-8")
         context.log.attach("calibration.yaml", text.encode())
         figure = f"u_a {calibration.u_a_ppm:.2f} ppm, u_b {1e3 * calibration.u_b_m:.1f} mm"

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from oio.core.errors import BadInput
-from oio.core.settings import settings
+from oio.core.settings import in_range, settings
 from oio.gas.bouts import ElementBaseline
 from oio.gas.range_law import RangeLaw
 from oio.inference.map_fit import Fit
@@ -30,6 +30,7 @@ class LoadCalibration:
     path: str | None  # None: no calibration= was typed, and the stage is in no run
     assembly: str
     joints: str
+    good_for_days: float  # an older calibration is remarked on
     arm: Arm
     range_law: RangeLaw
     process_noise: ProcessNoise
@@ -41,6 +42,7 @@ class LoadCalibration:
         if self.joints not in JOINTS:
             given = f"load_calibration.joints is '{self.joints}'"
             raise BadInput(f"{given}, but it can be {' or '.join(JOINTS)}. Type load_calibration.joints={JOINTS[0]}.")
+        in_range(self, good_for_days=(0.0, 1e5))
         if self.path is None:
             return
         kept, elements = self.kept, self.nominal.elements
@@ -62,7 +64,7 @@ class LoadCalibration:
         fit = self._today(kept.fit, baselines)
         nominal = replace(self.nominal, delay_s=kept.delay.s)
         priors = {name: calibrated_prior(fit, self.arm, self.process_noise, nominal, noise) for name, noise in kept.noises.items()}
-        remarks = self._remarks(baselines is not None)
+        remarks = self._remarks(baselines is not None, context.world.made)
         (context.out / "calibration.yaml").write_text(kept.text, encoding="utf-8")
         context.log.attach("calibration.yaml", kept.text.encode())
         context.log.progress(context.world.t_ns, f"calibration={self.path}", " ".join(remarks) or "fits this run")
@@ -85,12 +87,22 @@ class LoadCalibration:
             mean[block], cov[block, block] = opened_mean[block], opened_cov[block, block]
         return replace(fit, mean=mean, cov=cov)
 
-    def _remarks(self, baseline_taken: bool) -> tuple[str, ...]:
-        """Where the file may not fit."""
-        held = self.kept.holds_for
+    def _remarks(self, baseline_taken: bool, now: dict[str, object]) -> tuple[str, ...]:
+        """Where the file may not fit; `now` is when this world began, and its devices."""
+        held, devices = self.kept.holds_for, now["devices"]
         other = [
             f"{key} was {held[key]} and is {self.holds_for[key]} now." for key in ("profile", "air") if held[key] != self.holds_for[key]
         ]
         bad = [] if self.kept.verdict == "PASS" else [f"its own verdict was {self.kept.verdict}."]
         old = [] if baseline_taken else ["no baseline was taken today: put warm_up and baseline before navigate."]
-        return (*bad, *other, *old)
+        parts = (
+            [] if devices == self.kept.made.devices else [f"devices were {_named(self.kept.made.devices)} and are {_named(devices)} now."]
+        )
+        began = now["started"]
+        days = self.kept.made.days_before(began if isinstance(began, str) else None)
+        aged = [] if days is None or days <= self.good_for_days else [f"it is {days:.0f} days old, {self.good_for_days:g} are good."]
+        return (*bad, *other, *parts, *aged, *old)
+
+
+def _named(devices: object) -> str:
+    return ", ".join(f"{key} '{said}'" for key, said in devices.items()) if isinstance(devices, dict) and devices else "none"

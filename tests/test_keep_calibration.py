@@ -21,9 +21,10 @@ CALIBRATE = ("stage=[warm_up,baseline,calibrate_bouts,map_beliefs,assemble_qr]",
 
 
 class World:
-    """A world in which a stage only asks for the time."""
+    """A world in which a stage only asks for the time, and what it is."""
 
-    t_ns = 0
+    def __init__(self, started=None, devices=()):
+        self.t_ns, self.made = 0, {"started": started, "devices": dict(devices)}
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +41,10 @@ def load(built, path, *words):
     return built("load_calibration", *WORDS, f"calibration={path}", *words)
 
 
-def loaded(built, path, out, *words, fresh=None):
+def loaded(built, path, out, *words, fresh=None, world=None):
     """The calibration as a run would begin with it."""
     results = {} if fresh is None else {BaselineResult: fresh}
-    return load(built, path, *words).run(Context(World(), MemoryLog(), np.random.default_rng(0), out, results))
+    return load(built, path, *words).run(Context(world or World(), MemoryLog(), np.random.default_rng(0), out, results))
 
 
 def test_sensor_and_air_come_back_to_the_last_bit(built, made, tmp_path):
@@ -83,6 +84,25 @@ def test_remarks_say_where_it_may_not_fit(built, made, tmp_path):
     bad = tmp_path / "bad.yaml"
     bad.write_text(path.read_text().replace("overall: PASS", "overall: FAIL"))
     assert loaded(built, bad, tmp_path, fresh=base).kept.remarks == ("its own verdict was FAIL.",)
+
+
+def test_age_and_devices_are_remarked_on(built, made, tmp_path):
+    results, path = made
+    base, old = results[BaselineResult], tmp_path / "old.yaml"
+    document = yaml.safe_load(path.read_text())
+    document["made"] = {"started": "2026-01-05T09:00:00+00:00", "devices": {"backend.nose": "SCD30 firmware 3.66", "backend.arm": None}}
+    old.write_text(yaml.safe_dump(document))
+    same = {"backend.nose": "SCD30 firmware 3.66", "backend.arm": None}
+    remarks = loaded(built, old, tmp_path, fresh=base, world=World("2026-01-09T09:00:00+00:00", same)).kept.remarks
+    assert remarks == ()
+    remarks = loaded(built, old, tmp_path, fresh=base, world=World("2026-03-09T10:00:00+01:00", same)).kept.remarks
+    assert remarks == ("it is 63 days old, 30 are good.",)
+    (other,) = loaded(built, old, tmp_path, fresh=base, world=World(None, {**same, "backend.nose": "SCD30 firmware 4.0"})).kept.remarks
+    assert "backend.nose 'SCD30 firmware 3.66' and are" in other and "firmware 4.0'" in other
+    for bad in ("yesterday", "2026-01-05T09:00:00"):
+        old.write_text(yaml.safe_dump({**document, "made": {**document["made"], "started": bad}}))
+        with pytest.raises(Exception, match="must be a time with its offset from UTC"):
+            load(built, old)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +159,7 @@ def test_a_covariance_that_is_none_is_refused(built, made, tmp_path):
 
 def test_every_missing_key_is_named(built, made, tmp_path):
     document = yaml.safe_load(made[1].read_text())
-    for name in ("schema", "holds_for", "fit", "assemblies", "baselines", "totals", "verdict", "paper_values"):
+    for name in ("schema", "holds_for", "fit", "assemblies", "baselines", "totals", "verdict", "paper_values", "made"):
         (tmp_path / "bad.yaml").write_text(yaml.safe_dump({k: v for k, v in document.items() if k != name}))
         with pytest.raises(Exception, match=f"has no key '{name}"):
             load(built, tmp_path / "bad.yaml")

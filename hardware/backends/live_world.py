@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from hardware.transport.device import Device
 from hardware.transport.mailbox import Mailbox, StampedSample
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
-from oio.core.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds
+from oio.core.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds, seconds
 from oio.kinematics.arm import Arm
 
 A = TypeVar("A")
@@ -46,6 +47,7 @@ class LiveWorld:
         self._buffer = ReorderBuffer(mailbox, clock, reorder_s, LOOK_S)
         self._nose, self._arm, self._mover, self._valve = devices.nose, devices.arm, devices.mover, devices.valve
         self._t_ns, self._open_source, self._last_account_ns = 0, "none", 0
+        self.began_utc = (datetime.now(UTC) - timedelta(seconds=seconds(clock.now_ns()))).isoformat(timespec="microseconds")
         self.account = LinkAccount([d for d in (devices.nose, devices.arm) if d is not None], devices.mover, mailbox)
 
     @property

@@ -34,15 +34,17 @@ class Replay:
             raise BadInput(f"backend.log={self.log} was made with {was}, but sensor={self.sensor} dof={self.dof} is set. Type {was}.")
         records = read_samples(path)
         with contextlib.closing(records):
-            yield ReplayedWorld(self.log, records, read_end(path), json.loads(made_with.get("devices", "{}")))
+            yield ReplayedWorld(self.log, records, read_end(path), json.loads(made_with.get("devices", "{}")), made_with.get("started"))
 
 
 class ReplayedWorld:
     """Live world of a log. A span of samples ends where it ended in the log, if the same span is requested; else by its length."""
 
     def __init__(
-        self, name: str, records: Iterator[WorldSample], end_ns: int, identities: Mapping[str, str | None] = MappingProxyType({})
-    ) -> None:
+        self, name: str, records: Iterator[WorldSample], end_ns: int, identities: Mapping[str, str | None] = MappingProxyType({}),
+        began_utc: str | None = None,
+    ) -> None:  # fmt: skip
+        self.began_utc = began_utc  # when the logged world opened; None of a simulation
         self.identities = identities  # what the devices of the logged world said of themselves
         self._name, self._log, self._end_ns = name, ReplayTape(records), end_ns
         self._t_ns, self._last_ns, self._gap_ns = 0, 0, 1

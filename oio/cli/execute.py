@@ -4,7 +4,6 @@ import time
 import traceback
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
 from oio.core.errors import OioError
 from oio.core.interfaces import RealTime, World
-from oio.core.records import Event, seconds
+from oio.core.records import Event
 from oio.kinematics.model_loading import kinematics_mjcf
 from oio.log import MemoryLog, RunLog, Watcher
 from oio.log.wall_clock import STARTED
@@ -102,8 +101,8 @@ def _time_of_day(experiment: Experiment, world: World) -> dict[str, str]:
     """When a bench opened; a simulated world has no time of day, and its logs are the same bytes for the same seed."""
     if not (isinstance(experiment.backend, RealTime) and experiment.backend.real_time):
         return {}
-    opened_at = datetime.now(UTC) - timedelta(seconds=seconds(world.t_ns))
-    return {STARTED: opened_at.isoformat(timespec="microseconds")}
+    began_utc = getattr(world, "began_utc", None)
+    return {STARTED: began_utc} if began_utc else {}
 
 
 def _summary(

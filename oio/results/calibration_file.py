@@ -18,14 +18,15 @@ BASELINE_SCHEMA = "oio.results.baseline/1"
 
 def calibration_yaml(
     calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, noises: dict[str, Noise], holds_for: dict[str, str],
-    verdict: Verdict, t_ns: int,
+    made: dict[str, object], verdict: Verdict, t_ns: int,
 ) -> str:  # fmt: skip
     """Return the whole file as text; plain data only, so that loading it never constructs an object.
 
-    `noises`: of both assemblies. `holds_for`: names of sensor, arm, profile and air.
+    `noises`: of both assemblies. `holds_for`: names of sensor, arm, profile and air. `made`: when, and on which devices.
     """
     document = {
         "schema": SCHEMA,
+        "made": made,
         "sensor": _sensor(calibration, found),
         "range_law": _range_law(found),
         "arm": _arm(calibration, found),

@@ -1,6 +1,7 @@
 """A calibration that was kept: calibration.yaml read back, every value checked, nothing in it ever built or run."""
 
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,22 @@ from oio.kinematics.arm import Arm
 from oio.results.calibration_fit import FIXED, SCHEMA, parameter_names, parameter_units
 from oio.results.yaml_fields import Fields
 
+DAY_S = 86400.0
+
+
+@dataclass(frozen=True)
+class Made:
+    """When a calibration was made (UTC, ISO 8601; None of a simulation, which has no date), and what its devices said of themselves."""
+
+    started: str | None
+    devices: dict[str, str | None]
+
+    def days_before(self, began_utc: str | None) -> float | None:
+        """Age [days] at another moment; None where one of both has no date."""
+        if self.started is None or began_utc is None:
+            return None
+        return (datetime.fromisoformat(began_utc) - datetime.fromisoformat(self.started)).total_seconds() / DAY_S
+
 
 @dataclass(frozen=True)
 class KeptCalibration:
@@ -27,7 +44,7 @@ class KeptCalibration:
     text: str  # of the file
     holds_for: dict[str, str]
     joints: tuple[str, ...]
-    created: str | None  # UTC, ISO 8601; None of a simulation, which has no date
+    made: Made
     verdict: str
     fit: Fit
     noises: dict[str, Noise]
@@ -60,7 +77,7 @@ def read_kept(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
     totals, verdict = read.section("totals"), read.section("verdict")
     paper, late = read.section("paper_values"), read.section("fit").section("delay")
     return KeptCalibration(
-        path, text, names, joints, read.maybe_text("created"), verdict.text("overall"),
+        path, text, names, joints, _made(read.section("made")), verdict.text("overall"),
         _fit(read.section("fit"), joints, len(baselines), law),
         {name: _read_noise(name, read.section("assemblies").section(name)) for name in ("gum", "paper")},
         Delay(late.number("s", 0.0), late.number("u_s", 0.0)),
@@ -85,6 +102,19 @@ def _loaded(path: str, text: str) -> object:
         return yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise BadInput(f"{path} cannot be read as YAML: {str(error).splitlines()[0]}. Give the calibration.yaml of a run.") from None
+
+
+def _made(read: Fields) -> Made:
+    started = read.maybe_text("started")
+    try:
+        dated = started is None or datetime.fromisoformat(started).tzinfo is not None
+    except ValueError:
+        dated = False
+    if not dated:
+        raise BadInput(
+            f"made.started of the calibration is '{started}', but it must be a time with its offset from UTC (ISO 8601), or null."
+        )
+    return Made(started, {name: read.section("devices").maybe_text(name) for name in read.section("devices").names})
 
 
 def _baseline(read: Fields) -> ElementBaseline:

@@ -19,6 +19,11 @@ class Fields:
             raise self._wrong(key or "the whole file", values, "a mapping of keys to values")
         self._values: Mapping[Any, Any] = values
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Keys of this mapping, as text."""
+        return tuple(map(str, self._values))
+
     def section(self, name: str) -> "Fields":
         """Return a mapping below."""
         return Fields(self._value(name), self._file, self._path(name))

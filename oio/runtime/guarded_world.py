@@ -96,6 +96,11 @@ class GuardedWorld:
         self._goal, self._planned, self._gas = goal, None, copy.deepcopy(gas)
 
     @property
+    def made(self) -> dict[str, object]:
+        """When the world began (UTC; None of a simulation, which has no date), and what its devices said of themselves."""
+        return {"started": getattr(self._world, "began_utc", None), "devices": dict(getattr(self._world, "identities", {}))}
+
+    @property
     def gas(self) -> GasStream:
         """The stream of gas samples so far, those at the upper rail among them."""
         return self._gas

@@ -4,7 +4,7 @@ from oio.core.settings import settings
 from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
 from oio.results.criteria.judgement import Criterion, Measured, Results
 
-TODAY = "Calibrate again, or take a baseline today: stage=[warm_up,baseline,navigate,evaluate]."
+TODAY = "Calibrate again as things are now; where only a baseline is missing: stage=[warm_up,baseline,navigate,evaluate]."
 OTHER_AIR = "The range law does not describe this air: keep people and fans away, check beacon.position, calibrate again."
 
 
