@@ -86,7 +86,7 @@ class WarmUp:
     def _settled(self, window: Window, slopes: list[tuple[float, float]], waited_s: float) -> WarmUpResult:
         ratio = [_variance_about_line(w) / w[-1].sigma_ppm ** 2 for w in window]
         return WarmUpResult(
-            waited_s, tuple(s for s, _ in slopes), tuple(u for _, u in slopes), float(np.mean(ratio)), self._needed * len(window),
+            waited_s, tuple(s for s, _ in slopes), tuple(u for _, u in slopes), tuple(map(float, ratio)), self._needed * len(window),
             self.sensor.settled_ppm_per_min,
         )  # fmt: skip
 

@@ -59,7 +59,7 @@ def _belief(axes: "Axes", story: RunHistory, low: Array, high: Array) -> None:
     inside = bool(np.all((at >= low) & (at <= high)))
     label = "believed source" if inside else f"believed source: outside, at ({at[0]:.0f}, {at[1]:.0f}) mm"
     axes.plot(*at, "X", ms=11, color=BELIEVED, mec="black", label=label, ls="none", zorder=7)
-    axes.fill(*_mm(ellipse(mean, cov)).T, fc=(*_rgb(BELIEVED), 0.25), ec=BELIEVED, lw=1.6, label="its 95 % region", zorder=4)
+    axes.fill(*_mm(ellipse(mean, cov)).T, fc=(*_rgb(BELIEVED), 0.35), ec=BELIEVED, lw=2.0, label="its 95 % region", zorder=6)
 
 
 def _limits(axes: "Axes", story: RunHistory) -> tuple[Array, Array]:

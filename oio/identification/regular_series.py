@@ -34,7 +34,9 @@ def regular(t_s: Array, value: Array) -> RegularSeries:
     than 16 readings in the stretch.
     """
     if len(t_s) < 16:
-        raise NotObservable(f"{len(t_s)} readings are too few to identify anything, 16 are needed; record longer.")
+        raise NotObservable(
+            f"{len(t_s)} readings are too few to identify anything, 16 are needed; record longer, e.g. stage.warm_up.drift_record_s=60."
+        )
     period_s = float(np.median(np.diff(t_s)))
     cell = np.concatenate([[0], np.cumsum(np.rint(np.diff(t_s) / period_s).astype(np.int64))])
     kept, first = np.unique(cell, return_index=True)

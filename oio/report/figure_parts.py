@@ -21,7 +21,7 @@ def drawings(material: Material) -> dict[str, list[Drawing]]:
         "place": [
             Drawing("search", (9.0, 7.0), "The search from above, with the 95 % region of the source.", lambda f: _from_above(f, material)),
             Drawing(
-                "source_error", (9.0, 3.2), "Error of the believed source over the search, with two standard deviations of the belief.",
+                "source_error", (9.0, 3.2), "Error of the believed source (where the true place is known), with two standard deviations.",
                 lambda f: source_error(f.subplots(), material.story),
             ),
         ],
@@ -44,7 +44,7 @@ def drawings(material: Material) -> dict[str, list[Drawing]]:
         ],
         "nose": [
             Drawing(
-                "nose", (9.0, 5.4), "The nose per axis: by the encoders (before calibration) and by the calibrated filter, with 95 %.",
+                "nose", (9.0, 5.4), "The nose per axis, by the encoders (before calibration) and by the filter; in simulation its error.",
                 lambda f: nose_tracks(f, material.story),
             )
         ],

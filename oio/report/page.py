@@ -38,12 +38,16 @@ def badge(word: str) -> str:
     return f'<span class="badge {escaped(word.lower())}">{escaped(word)}</span>'
 
 
-def table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], raw: Sequence[int] = ()) -> str:
-    """A table that scrolls by itself on a narrow screen; the first column heads its rows. `raw`: columns that are HTML already."""
+def table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], raw: Sequence[int] = (), cards: bool = False) -> str:
+    """A table that scrolls by itself on a narrow screen, or with `cards` is a block per row there; the first column heads its rows.
+
+    `raw`: columns that are HTML already.
+    """
     head = "".join(f'<th scope="col">{escaped(text)}</th>' for text in heads)
-    body = "".join(f"<tr>{''.join(_cell(i, cell, i in raw) for i, cell in enumerate(row))}</tr>" for row in rows)
+    body = "".join(f"<tr>{''.join(_cell(i, cell, i in raw, heads[i]) for i, cell in enumerate(row))}</tr>" for row in rows)
     inner = f"<table><caption>{escaped(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-    return f'<div class="scroll" role="region" tabindex="0" aria-label="{escaped(caption)}">{inner}</div>'
+    kind = "scroll cards" if cards else "scroll"
+    return f'<div class="{kind}" role="region" tabindex="0" aria-label="{escaped(caption)}">{inner}</div>'
 
 
 def figure(name: str, drawing: str, caption: str) -> str:
@@ -65,9 +69,9 @@ def page(title: str, lead: str, parts: Sequence[Part], scripts: str = "") -> str
     )
 
 
-def _cell(column: int, cell: str, raw: bool) -> str:
+def _cell(column: int, cell: str, raw: bool, head: str) -> str:
     text = cell if raw else escaped(cell)
-    return f'<th scope="row">{text}</th>' if column == 0 else f"<td>{text}</td>"
+    return f'<th scope="row">{text}</th>' if column == 0 else f'<td data-head="{escaped(head)}">{text}</td>'
 
 
 def _class(kind: str) -> str:

@@ -29,7 +29,11 @@ def assumptions_part(material: Material) -> Part:
     text = (
         "The paper leaves these open; each is one key of the configuration, so that another reading of it is one word on the command line."
     )
-    return Part("assumptions", "Assumptions", paragraph(text) + table("Holes of the paper", ("what is open", "key", "in this run"), rows))
+    return Part(
+        "assumptions",
+        "Assumptions",
+        paragraph(text) + table("Holes of the paper (France, Daescu, Paul, Prasad, 2025)", ("what is open", "key", "in this run"), rows),
+    )
 
 
 def provenance_part(material: Material) -> Part:

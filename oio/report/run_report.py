@@ -16,6 +16,7 @@ from oio.report.provenance_part import assumptions_part, provenance_part
 from oio.report.scene_3d import scripts, traces
 from oio.report.sensor_part import sensor_table
 from oio.report.verdict_part import criteria_part, lead
+from oio.report.words_part import words_part
 
 HEADINGS = {
     "place": "Where the source is",
@@ -42,7 +43,7 @@ def run_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
         calibration_part(material, published),
     ]
     parts += [part for part in (truth_part(material),) if part is not None]
-    parts += [assumptions_part(material), provenance_part(material)]
+    parts += [words_part(), assumptions_part(material), provenance_part(material)]
     title = f"OIO report: {headline(dict(material.identity), material.summary)}"
     return page(title, lead(material), parts, scripts(traces(material))), [one for some in drawn.values() for one in some]
 

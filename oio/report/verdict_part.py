@@ -8,6 +8,7 @@ import yaml
 
 from oio.core.folders import CONF
 from oio.report.material import Material
+from oio.report.origin import is_recorded, origin
 from oio.report.page import Part, badge, bullets, escaped, paragraph, table
 
 MEANING = {
@@ -29,35 +30,46 @@ def lead(material: Material) -> str:
     words = "".join(f" {escaped(about)} {badge(part)}" for about, part in (summary.get("verdicts") or {}).items())
     head = f'<p class="word">{badge(word)} {escaped(MEANING[word])}</p><p>{words}</p>'
     todo = f"<h2>What to do next</h2>{bullets(actions(material), True)}"
-    return f'<div class="lead {word.lower()}">{head}{paragraph(answer(material))}{todo}</div>'
+    return f'<div class="lead {word.lower()}">{head}{paragraph(answer(material))}{paragraph(origin(material), "note")}{todo}</div>'
 
 
 def answer(material: Material) -> str:
-    """Return where the source is, in a sentence; or that nothing was searched for."""
+    """Return where the source is, in a sentence; or that nothing was searched for, or found."""
     outcome = material.summary.get("calibrated")
     if not outcome:
         return "Nothing was searched for: this run calibrates only."
     place, sd = outcome.get("believed_m"), outcome.get("sd_m")
-    if not place or sd is None:
-        return "The search ended without a place for the source."
+    if not place or sd is None or any(c["name"] == "localised" and c["word"] == "FAIL" for c in _criteria(material)):
+        return "No position was found: " + (
+            "the readings leave the source anywhere." if sd is None else f"the readings leave it to \N{PLUS-MINUS SIGN} {1e3 * sd:.0f} mm."
+        )
     at = ", ".join(f"{1e3 * v:.0f}" for v in place)
     said = "declared" if outcome.get("found") else "not declared: its position is unverified"
     others = len(outcome.get("other_places") or [])
     more = f" {others} other places explain the readings as well." if others else ""
-    where = f"({at}) mm in the arm's base frame, \N{PLUS-MINUS SIGN} {1e3 * sd:.0f} mm (one standard deviation)"
+    where = f"({at}) mm in the arm's base frame, \N{PLUS-MINUS SIGN} {1e3 * sd:.0f} mm (one standard deviation of all axes together)"
     return f"The source is at {where}; {said}, after {outcome['moves']} moves and {outcome['time_s']:.0f} s.{more}"
 
 
 def actions(material: Material) -> list[str]:
-    """Return what to do, failures first, in each case causes before effects; no action twice."""
-    criteria: list[dict[str, Any]] = material.summary.get("criteria") or []
-    wanted = [f"{c['action']} ({c['name']}: {c['found']}.)" for word in ORDER for c in criteria if c["word"] == word]
-    if wanted:
-        return list(dict.fromkeys(wanted))
+    """Return what to do, failures first, in each case causes before effects; each action once, with the criteria that ask for it."""
+    bad = [c for word in ORDER for c in _criteria(material) if c["word"] == word]
+    if bad and is_recorded(material):
+        names = ", ".join(c["name"] for c in bad)
+        return [f"Nothing can be measured again: use these data only for what they support. Outside of their limits: {names}."]
+    asked: dict[str, list[str]] = {}
+    for c in bad:
+        asked.setdefault(c["action"], []).append(c["name"])
+    if asked:
+        return [f"{action} ({', '.join(names)})" for action, names in asked.items()]
     if material.summary.get("calibration") is None:
         return ["Go on: run the stages calibrate_bouts, map_beliefs and assemble_qr as well."]
-    again = f"python -m oio.run calibration={material.folder / 'calibration.yaml'} stage=[warm_up,baseline,navigate,evaluate]"
-    return [f"Keep calibration.yaml, and begin later runs in the same air with it: {again}"]
+    again = "python -m oio.run calibration=RUN/calibration.yaml 'stage=[warm_up,baseline,navigate,evaluate]'"
+    return [f"Keep the calibration.yaml of this run, and begin later runs in the same air with it: {again}"]
+
+
+def _criteria(material: Material) -> list[dict[str, Any]]:
+    return material.summary.get("criteria") or []
 
 
 def explained(names: Iterable[str]) -> Iterator[tuple[str, str]]:
@@ -76,6 +88,10 @@ def criteria_part(material: Material) -> Part:
     heads = ("criterion", "about", "verdict", "found", "passes", "what to do")
     meanings = "".join(f"<dt>{escaped(name)}</dt><dd>{escaped(text)}</dd>" for name, text in explained(c["name"] for c in criteria))
     note = f"<details><summary>What the criteria mean</summary><dl>{meanings}</dl></details>"
-    note += paragraph("Limits are in conf/verdict/standard.yaml. No truth enters here: a bench sees the same.", "note")
-    content = table("Each criterion with its value and limits", heads, rows, raw=(2,)) + note if rows else paragraph("Nothing was judged.")
+    note += paragraph("Limits are in conf/verdict/standard.yaml. Nothing here uses what only a simulation knows.", "note")
+    content = (
+        table("Each criterion with its value and limits", heads, rows, raw=(2,), cards=True) + note
+        if rows
+        else paragraph("Nothing was judged.")
+    )
     return Part("criteria", "Criteria", content)

@@ -11,8 +11,8 @@
     document.head.appendChild(script);
     const axis = (title) => ({ title: { text: title }, backgroundcolor: "#f4f6f8", showbackground: true });
     const layout = {
-      margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: true, legend: { orientation: "h", y: 0, yanchor: "top" },
-      scene: { aspectmode: "data", camera: { eye: { x: 1.0, y: -1.1, z: 0.7 } }, xaxis: axis("x [mm]"), yaxis: axis("y [mm]"), zaxis: axis("z [mm]") },
+      margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: true, legend: { orientation: "h", y: 1, yanchor: "bottom", font: { size: 13 } },
+      scene: { aspectmode: "data", camera: { eye: { x: 1.25, y: -1.35, z: 0.8 } }, xaxis: axis("x [mm]"), yaxis: axis("y [mm]"), zaxis: axis("z [mm]") },
     };
     space.textContent = "";
     await Plotly.newPlot(space, JSON.parse(document.getElementById("traces").textContent), layout, { responsive: true, displaylogo: false });

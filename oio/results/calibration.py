@@ -21,9 +21,14 @@ class WarmUpResult:
     waited_s: float
     slope_ppm_per_min: tuple[float, ...]
     slope_u_ppm_per_min: tuple[float, ...]
-    noise_scale: float  # variance about the fitted line over the sensor's nominal variance
+    noise_ratios: tuple[float, ...]  # of each element: variance about the fitted line over the sensor's nominal variance
     readings: int
     rest_ppm_per_min: float
+
+    @property
+    def noise_scale(self) -> float:
+        """Mean of the noise ratios."""
+        return sum(self.noise_ratios) / len(self.noise_ratios)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """Verdict PASS, WARN or FAIL by criteria that a bench can see, and beside it what only simulation knows: the score against the truth."""
 
+import math
+
 from oio.core.settings import settings
 from oio.inference.metrics import CHI2_95
 from oio.results.criteria.judgement import Criterion, Results, Verdict
@@ -19,6 +21,12 @@ def judge(results: Results, by: Criteria) -> Verdict:
     return Verdict(tuple(j for j in found if j is not None))
 
 
+def rarity(nees: float, dof: int) -> float:
+    """Return the probability that chi-square with 1, 2 or 3 degrees of freedom exceeds a value."""
+    tail = math.erfc(math.sqrt(0.5 * nees))
+    return math.exp(-0.5 * nees) if dof == 2 else tail + (math.sqrt(2.0 * nees / math.pi) * math.exp(-0.5 * nees) if dof == 3 else 0.0)
+
+
 @settings
 class ScoreLimits:
     """Limits of the score against the truth, which never enters the verdict."""
@@ -35,7 +43,10 @@ def score(outcome: Outcome, bound_m: float | None, dof: int, limits: ScoreLimits
     if not outcome.inside_95:
         limit = CHI2_95[min(dof, 3)]  # a bearing has one or two degrees of freedom
         text = f"the 95 % region misses the source (NEES {outcome.nees_source:.1f}, the region ends at {limit:.1f})"
-        chance = "expected in one run of twenty" if outcome.nees_source <= limits.nees else "the covariance is too small"
+        by_chance = rarity(outcome.nees_source, min(dof, 3))
+        chance = (
+            f"chance does that in one run of {1.0 / by_chance:.0f}" if outcome.nees_source <= limits.nees else "the covariance is too small"
+        )
         reasons.append(f"{text}: {chance}.")
     if bound_m and outcome.source_error_m is not None and outcome.source_error_m > limits.bound_ratio * bound_m:
         ratio = outcome.source_error_m / bound_m

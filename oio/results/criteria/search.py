@@ -7,6 +7,8 @@ from oio.inference.map_fit import CALIBRATED
 from oio.results.criteria.judgement import SEARCH, Criterion, Measured, Results
 from oio.results.summary import Evaluation
 
+RECALIBRATE = "Calibrate again in the air, and with the sensor, of the search: leave calibration= and stage= out."
+
 
 def _evaluation(results: Results) -> Evaluation | None:
     found = results.get(Evaluation)
@@ -25,7 +27,7 @@ class MeanNis(Criterion):
         nis = None if found is None else found.calibrated.nis_mean
         return None if nis is None else Measured(
             nis, "1", f"mean NIS is {nis:.2f}, 1 is expected",
-            above="The air is not the one of calibration, or R is too small: calibrate in the air that you search in.",
+            above=RECALIBRATE,
             below="R or the fluctuation is too large, so readings count for too little: use assembly=gum, or calibrate again.",
         )  # fmt: skip
 
@@ -44,8 +46,8 @@ class Residuals(Criterion):
         r = found.findings.residuals
         value = r.mean_square if r.mean_square < 1.0 and r.overdispersion <= 1.0 else r.overdispersion
         return Measured(
-            value, "1", f"residuals: mean square {r.mean_square:.2f}, autocorrelation {r.autocorrelation:.2f}, together {value:.2f}",
-            above="No world that is known explains the readings: calibrate in the air that you search in.",
+            value, "1", f"mean square {r.mean_square:.2f}, autocorrelation {r.autocorrelation:.2f}, together {value:.2f}",
+            above=RECALIBRATE,
             below="Residuals far smaller than the noise of calibration: it was taken in worse air, or R is too large. Calibrate again.",
         )  # fmt: skip
 
@@ -85,8 +87,8 @@ class Localised(Criterion):
         share = sd_m / found.findings.box_sd_m
         not_localisable = "" if self.warns[1] is None or share <= self.warns[1] else ", which is as good as anywhere: not localisable"
         return Measured(
-            share, "of the box", f"the source is known to +- {1e3 * sd_m:.0f} mm, {share:.2f} of the workspace box{not_localisable}",
-            above="Sniff longer (stage.navigate.max_moves), with a stronger source, or in air that a range law describes.",
+            share, "of the box", f"the source is known to +- {1e3 * sd_m:.0f} mm, {share:.3f} of the workspace box{not_localisable}",
+            above="Sniff longer (stage.navigate.max_moves), nearer, or with a stronger source.",
         )  # fmt: skip
 
 
@@ -104,7 +106,7 @@ class Declared(Criterion):
         outcome = found.calibrated
         said = f"declared after {outcome.moves} moves" if outcome.found else f"the source was not declared within {outcome.moves} moves"
         return Measured(
-            float(outcome.found), "1", said, below="The position is unverified: raise stage.navigate.max_moves, or stop.sd_m.",
+            float(outcome.found), "1", said, below="The position is unverified: raise stage.navigate.max_moves.",
         )  # fmt: skip
 
     def allowed(self, unit: str) -> str:
@@ -143,9 +145,7 @@ class SameWorld(Criterion):
             return None
         world = found.calibrated.world
         said = "the calibrated world explains the search" if world == CALIBRATED else f"{world} explains the search better"
-        return Measured(
-            float(world != CALIBRATED), "1", said, above="The search saw another world than calibration: calibrate again to be sure."
-        )
+        return Measured(float(world != CALIBRATED), "1", said, above=RECALIBRATE)
 
     def allowed(self, unit: str) -> str:
         """In words, as the value is yes or no."""
@@ -165,7 +165,9 @@ class Observable(Criterion):
             return None
         unseen = [*_missing_joints(found.findings.dof), *found.findings.unseen]
         said = "every direction of the source is observable" if not unseen else " ".join(unseen)
-        return Measured(float(len(unseen)), "1", said.rstrip("."), above="Move so that it can be seen, or tell what is known.")
+        return Measured(
+            float(len(unseen)), "1", said.rstrip("."), above="Use more joints (dof), or tell the source's strength (range_law.ln_strength)."
+        )
 
     def allowed(self, unit: str) -> str:
         """In words: any of them costs the PASS."""

@@ -1,5 +1,7 @@
 """Criteria of the sensor: is it at rest, is its offset known, its noise that of its data sheet, its lag known, do its readings arrive."""
 
+import math
+
 from oio.core.settings import settings
 from oio.results.calibration import BaselineResult, MapCalibration, Navigation, WarmUpResult
 from oio.results.criteria.judgement import Criterion, Measured, Results
@@ -17,8 +19,9 @@ class WarmUpTrend(Criterion):
         slopes = zip(settled.slope_ppm_per_min, settled.slope_u_ppm_per_min, strict=True)
         trends = [(0.0 if abs(slope) <= settled.rest_ppm_per_min else abs(slope) / max(u, 1e-12), slope, u) for slope, u in slopes]
         value, slope, u = max(trends, key=lambda trend: (trend[0], abs(trend[1])))
+        rest = f", at rest below {settled.rest_ppm_per_min:g}" if abs(slope) <= settled.rest_ppm_per_min else ""
         return Measured(
-            value, "standard errors", f"drift {slope:+.2f} +- {u:.2f} ppm/min after {settled.waited_s:.0f} s",
+            value, "standard errors", f"drift {slope:+.2f} +- {u:.2f} ppm/min after {settled.waited_s:.0f} s{rest}",
             above="The sensor has not settled: leave it on longer, or raise stage.warm_up.window_s.",
         )  # fmt: skip
 
@@ -39,17 +42,21 @@ class BaselineReadings(Criterion):
 
 @settings
 class NoiseLevel(Criterion):
-    """Variance of clean-air readings over that of the data sheet. Far above: a bad contact or air that is not clean. Far below: stuck."""
+    """Variance of an element's clean-air readings over that of the data sheet, at the end of the warm-up. Far above: a bad contact, or air
+    that is not clean. Far below: an element that hardly responds, or is stuck."""
 
     def measure(self, results: Results) -> Measured | None:
-        """Over warm-up and baseline."""
-        base = results.get(BaselineResult)
-        if not isinstance(base, BaselineResult):
+        """Of the element that is farthest off."""
+        settled = results.get(WarmUpResult)
+        if not isinstance(settled, WarmUpResult):
             return None
-        found = f"noise in clean air has {base.noise_scale:.2f} times the data sheet's variance"
+        ratios = [max(ratio, 1e-6) for ratio in settled.noise_ratios]
+        element = max(range(len(ratios)), key=lambda e: abs(math.log(ratios[e])))
+        ratio = ratios[element]
         return Measured(
-            base.noise_scale, "1", found, above="Look for gas in the room, a bad contact, or a heater that is not warm; or correct the "
-            "sensor's resolution in conf/sensor.", below="The readings hardly move: look whether the sensor filters, or is stuck.",
+            ratio, "1", f"element {element} has {ratio:.2g} times the data sheet's variance in clean air",
+            above="Look for gas in the room, a bad contact, or a cold heater; or correct the sensor's resolution in conf/sensor.",
+            below="Its readings hardly move: look whether it is stuck, filtered, or much less sensitive than its data sheet.",
         )  # fmt: skip
 
 
