@@ -79,7 +79,7 @@ def run(name, folder):
         words = tuple(word.replace(hole, log) for word in words)
     command = [sys.executable, "-m", "oio.run", *words, EVERY_BELIEF, "report=false", f"hydra.run.dir={out}"]
     done = subprocess.run(command, cwd=ROOT, env={**os.environ, **PORTABLE}, capture_output=True, text=True, timeout=600, check=False)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode in (0, 3), done.stderr  # with so few moves the verdict may be FAIL
     return out
 
 

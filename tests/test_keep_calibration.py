@@ -99,10 +99,11 @@ def test_age_and_devices_are_remarked_on(built, made, tmp_path):
     assert remarks == ("it is 63 days old, 30 are good.",)
     (other,) = loaded(built, old, tmp_path, fresh=base, world=World(None, {**same, "backend.nose": "SCD30 firmware 4.0"})).kept.remarks
     assert "backend.nose 'SCD30 firmware 3.66' and are" in other and "firmware 4.0'" in other
-    for bad in ("yesterday", "2026-01-05T09:00:00"):
-        old.write_text(yaml.safe_dump({**document, "made": {**document["made"], "started": bad}}))
+    for i, bad in enumerate(("yesterday", "2026-01-05T09:00:00")):
+        wrong = tmp_path / f"wrong{i}.yaml"
+        wrong.write_text(yaml.safe_dump({**document, "made": {**document["made"], "started": bad}}))
         with pytest.raises(Exception, match="must be a time with its offset from UTC"):
-            load(built, old)
+            load(built, wrong)
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_every_job_has_its_own_directory(good):
     assert [path.name for path in jobs] == ["0_ndir_5dof_seed0", "1_ndir_5dof_seed1", "2_pa_5dof_seed0", "3_pa_5dof_seed1"]
     for path in jobs:
         assert {**status(path), "started": ""} == {"state": "done", "error": None, "traceback": None, "started": ""}
-        assert {"run.mcap", "config.yaml", "status.json", "summary.json"} == {file.name for file in path.iterdir()}
+        assert {"run.mcap", "calibration.yaml", "config.yaml", "status.json", "summary.json"} == {file.name for file in path.iterdir()}
 
 
 def test_every_job_is_what_its_name_says(good):

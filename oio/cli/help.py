@@ -35,6 +35,7 @@ GROUPS = (
     "search",
     "stage",
     "protocol",
+    "verdict",
     "view",
     "experiment",
 )

@@ -16,8 +16,8 @@ def nearest(key: str, conf: Path) -> str | None:
     """Return the key that is most like `key`, e.g. stop.sd_m for stop.sd_mm; one with the same last word first. None if none is near."""
     keys = [known for known in known_keys(conf) if not key.startswith(f"{known}.")]
     same = [known for known in keys if known.rsplit(".", 1)[-1] == key.rsplit(".", 1)[-1]]
-    found = difflib.get_close_matches(key, same, 1, SAME_NAME) or difflib.get_close_matches(key, keys, 1, NEAR)
-    return found[0] if found else None
+    found = difflib.get_close_matches(key, same, 3, SAME_NAME) or difflib.get_close_matches(key, keys, 3, NEAR)
+    return next((near for near in found if sorted(near) == sorted(key)), found[0] if found else None)  # letters swapped, before all else
 
 
 def owner(key: str, conf: Path) -> str | None:

@@ -36,7 +36,8 @@ def nose_tracks(figure: "Figure", story: RunHistory) -> None:
         axes.set_ylabel(f"{'xyz'[axis]} error (mm)" if len(story.truth) else f"{'xyz'[axis]} (mm)")
     what = "Nose error" if len(story.truth) else "Nose by the encoders alone, relative to the calibrated filter (no truth in this log)"
     panels[0].set_title(f"{what}; the band is the filter's 95 %", loc="left")
-    panels[0].legend(loc="upper left", ncol=2, fontsize=9)
+    if panels[0].lines:
+        panels[0].legend(loc="upper left", ncol=2, fontsize=9)
     panels[-1].set_xlabel(TIME)
 
 

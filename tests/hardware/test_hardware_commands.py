@@ -37,5 +37,5 @@ def test_a_command_of_the_pages_builds_a_bench(words, tmp_path, monkeypatch):
         cfg = hydra.compose("config", words)
     bench = instantiate(cfg.backend)
     bench._refuse_emulator_settings()  # it names real ports, and what stands there goes with them
-    stages = [instantiate(stage) for stage in cfg.stage.values()]
+    stages = [instantiate(stage, _convert_="all") for stage in cfg.stage.values()]
     assert isinstance(bench, SerialPort) and stages
