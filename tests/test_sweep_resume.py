@@ -253,7 +253,12 @@ def table(folder):
 def test_without_a_log_the_numbers_are_the_same(used):
     folder = used.parent / "summary_only"
     assert sweep(folder, "sensor=ndir", "seed=0,1", "logging=summary").returncode == 0
-    assert {path.name for path in (folder / "0_ndir_5dof_seed0").iterdir()} == {"calibration.yaml", "config.yaml", "status.json", "summary.json"}
+    assert {path.name for path in (folder / "0_ndir_5dof_seed0").iterdir()} == {
+        "calibration.yaml",
+        "config.yaml",
+        "status.json",
+        "summary.json",
+    }
     assert [{**row, "logging": "full"} for row in records(used)[:2]] == [{**row, "logging": "full"} for row in records(folder)]
     assert sweep(folder, "sensor=ndir", "seed=0", "logging=some").returncode == 2
 

@@ -144,7 +144,7 @@ def accounted(out: Path) -> tuple[list[GasSample], str]:
 def test_what_the_plume_does_to_the_sensor_reaches_the_log_through_the_firmware(rooms: Any, tmp_path: Path) -> None:
     with rooms(speed=2.0, arm=False) as room:
         run = room.run(tmp_path / "out", "stage=[warm_up,baseline]")
-    assert run.returncode == 0, run.stderr
+    assert run.returncode in (0, 3), run.stderr  # few moves: the verdict may be FAIL
     gas, account = accounted(tmp_path / "out")
     assert len(gas) > 20 and not re.search(SPOILT, account), account
     elements = [s.element for s in gas]
@@ -165,7 +165,7 @@ def test_another_converter_than_that_of_the_board_is_refused(rooms: Any, tmp_pat
 def test_a_whole_run_through_the_firmware_finds_the_source(rooms: Any, tmp_path: Path) -> None:
     with rooms(speed=0.5, arm=True) as room:  # two boards at real time would take most of a small machine
         run = room.run(tmp_path / "out", *PATIENT, within_s=1200)
-    assert run.returncode == 0, run.stderr
+    assert run.returncode in (0, 3), run.stderr  # few moves: the verdict may be FAIL
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     gas, account = accounted(tmp_path / "out")
     assert not re.search(SPOILT, account.split(";")[0]), account
