@@ -12,7 +12,7 @@
     const axis = (title) => ({ title: { text: title }, backgroundcolor: "#f4f6f8", showbackground: true });
     const layout = {
       margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: true, legend: { orientation: "h", y: 1, yanchor: "bottom", font: { size: 13 } },
-      scene: { aspectmode: "data", camera: { eye: { x: 1.25, y: -1.35, z: 0.8 } }, xaxis: axis("x [mm]"), yaxis: axis("y [mm]"), zaxis: axis("z [mm]") },
+      scene: { aspectmode: "data", camera: { eye: { x: 1.4, y: -1.5, z: 0.9 }, center: { x: 0, y: 0, z: -0.15 } }, xaxis: axis("x [mm]"), yaxis: axis("y [mm]"), zaxis: axis("z [mm]") },
     };
     space.textContent = "";
     await Plotly.newPlot(space, JSON.parse(document.getElementById("traces").textContent), layout, { responsive: true, displaylogo: false });
