@@ -37,7 +37,7 @@ def _built(key: str, overrides: tuple[str, ...]) -> Any:
 @pytest.fixture(scope="session")
 def composed() -> Composed:
     """composed("dof=3") is the configuration with these overrides."""
-    return lambda *overrides: _composed(overrides)
+    return lambda *overrides: copy.deepcopy(_composed(overrides))  # a test that builds from it resolves its own alone
 
 
 @pytest.fixture(scope="session")
