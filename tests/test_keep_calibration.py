@@ -150,6 +150,13 @@ def test_a_file_is_data_and_every_value_is_checked(built, made, tmp_path, key, v
     assert says in str(refused.value)
 
 
+def test_aliases_are_refused_for_they_can_outgrow_any_memory(built, tmp_path):
+    levels = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 40))
+    (tmp_path / "bad.yaml").write_text(f"a0: &a0 [x]\n{levels}schema: *a39\n")
+    with pytest.raises(Exception, match="has aliases"):
+        load(built, tmp_path / "bad.yaml")
+
+
 def test_a_covariance_that_is_none_is_refused(built, made, tmp_path):
     document = yaml.safe_load(made[1].read_text())
     document["fit"]["cov"][0][0] *= -1.0

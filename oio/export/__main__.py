@@ -13,7 +13,7 @@ from oio.core.errors import BadInput
 from oio.core.records import WorldSample
 from oio.export.kalibr import write_kalibr
 from oio.export.robot_localization import write_robot_localization
-from oio.export.run_record import RunRecord, find_log, read_run
+from oio.export.run_record import RunRecord, find_log, read_run_record
 from oio.export.table_files import write_csv, write_parquet
 from oio.export.tum import write_tum
 from oio.log import read_end
@@ -54,7 +54,7 @@ def _export(log: Path, to: str, out: Path | None) -> None:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadInput(f"{folder} is there already, and results are never overwritten. Type --out with the name of a new folder.")
     end_ns = read_end(log)
-    run = read_run(log, lambda samples: _watched(samples, end_ns))
+    run = read_run_record(log, lambda samples: _watched(samples, end_ns))
     new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)

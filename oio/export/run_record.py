@@ -50,7 +50,7 @@ def find_log(run: Path) -> Path:
     return log
 
 
-def read_run(log: Path, watched: Callable[[Iterator[WorldSample]], Iterator[WorldSample]] = iter) -> RunRecord:
+def read_run_record(log: Path, watched: Callable[[Iterator[WorldSample]], Iterator[WorldSample]] = iter) -> RunRecord:
     """Read a finished log; its samples pass through `watched`, which may show how far it is. Raises BadInput for anything else."""
     identity = read_metadata(log)
     joints, samples, truths = _sorted_out(watched(read_samples(log)))

@@ -13,7 +13,7 @@ from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.identify.display import save, show
 from oio.identify.element_quantities import element_rows
-from oio.identify.logged import read_run
+from oio.identify.logged import read_logged_run
 from oio.identify.record import Record
 from oio.identify.record_quantities import delay_rows, noise_rows, step_rows, twin_rows
 from oio.identify.recorded import bout_rule, read_recording
@@ -50,7 +50,7 @@ def _run(arguments: list[str]) -> None:
     if len(paths) > 1 or (paths and any(word.startswith("recording=") for word in words)):
         raise BadInput(f"{' '.join(given.what)} was given, but one run or one recording is identified at a time. Type one of them.")
     with Console(stderr=True).status("reading"):
-        record = read_run(paths[0], given.stage) if paths else read_recording(words)
+        record = read_logged_run(paths[0], given.stage) if paths else read_recording(words)
         record = record.only(given.element) if given.element else record
     with Console(stderr=True).status("identifying"):
         rows = _rows(record, words, given)

@@ -16,7 +16,7 @@ ALL = "all"
 CAUTION = "A run is short: what it cannot tell is said above; stage.warm_up.drift_record_s=3600 records an hour of clean air."
 
 
-def read_run(path: Path, stages: list[str]) -> Record:
+def read_logged_run(path: Path, stages: list[str]) -> Record:
     """Read the readings of these stages (default: those in clean air; `all`: the whole log) from a run's folder or log.
 
     Raises BadInput for anything else, and for a stage that the log has not.

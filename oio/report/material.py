@@ -5,17 +5,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from oio.core.errors import BadInput
 from oio.core.records import Array, Event, Innovation, seconds
 from oio.figures.run_history import RunHistory, run_history
 from oio.figures.titles import read_summary
 from oio.log import read_run
+from oio.results.yaml_fields import plain_yaml
 
 Document = dict[str, Any]
 CLEAN = ("warm_up", "baseline")  # stages without a source
-SAFE = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # plain data only; in C, where there is one, ten times as fast
+WITHOUT = "Remove it to report without it."
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,8 @@ def _why(folder: Path) -> str:
 def _yaml(path: Path) -> Document:
     """A file as plain data; nothing is built from it."""
     try:
-        document = yaml.load(path.read_text(encoding="utf-8"), SAFE) if path.is_file() else {}
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path} cannot be read ({str(error).splitlines()[0]}). Remove it to report without it.") from None
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path} cannot be read ({error}). {WITHOUT}") from None
+    document = plain_yaml(text, str(path), WITHOUT)
     return document if isinstance(document, dict) else {}

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from oio.core.errors import BadInput
 from oio.log import read_attachment, read_metadata
+from oio.results.calibration_fit import SCHEMA
+from oio.results.yaml_fields import plain_yaml
 
-SCHEMA = "oio.results.calibration/1"
 SECTIONS = ("sensor", "range_law", "arm", "type_a", "type_b")  # in which every mapping with a value is a quantity
 REQUIRED = SECTIONS[:3]
 HOLDS_FOR = ("sensor", "arm", "profile", "air")  # names of the choices that a file holds for, where it says so
@@ -99,13 +98,7 @@ def _choices(log: Path) -> dict[str, str]:
 
 
 def _document(text: str, name: str) -> dict[str, Any]:
-    try:
-        aliased = any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader))
-        document = None if aliased else yaml.safe_load(text)  # an alias may name what it stands in
-    except (yaml.YAMLError, RecursionError, ValueError) as error:  # ValueError: a date that is none
-        raise BadInput(f"{name} is no plain YAML: {' '.join(str(error).split())}. {_EXAMPLE}") from None
-    if aliased:
-        raise BadInput(f"{name} has aliases (*), which no calibration has. {_EXAMPLE}")
+    document = plain_yaml(text, name, _EXAMPLE)
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         given = document.get("schema", "none") if isinstance(document, dict) else "none"
         raise BadInput(f"{name} has schema {given}, but a calibration has schema {SCHEMA}. {_EXAMPLE}")

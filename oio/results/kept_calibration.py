@@ -5,7 +5,6 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from oio.core.errors import BadInput
 from oio.gas.bouts import ElementBaseline
@@ -17,9 +16,10 @@ from oio.inference.map_fit import Fit
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
 from oio.results.calibration_fit import FIXED, SCHEMA, parameter_names, parameter_units
-from oio.results.yaml_fields import Fields
+from oio.results.yaml_fields import Fields, plain_yaml
 
 DAY_S = 86400.0
+EXAMPLE = "Give the calibration.yaml of a run."
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def read_kept(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
     """Read and check a calibration.yaml. Raises BadInput where it cannot be read, is not whole, or was made with other joints or another
     reference distance."""
     text = _text(path)
-    read = Fields(_loaded(path, text), path)
+    read = Fields(plain_yaml(text, path, EXAMPLE), path)
     if read.text("schema") != SCHEMA:
         made = f"{path} has schema '{read.text('schema')}', but a run can begin with {SCHEMA} alone"
         raise BadInput(f"{made}. Give the calibration.yaml of a run with the stage assemble_qr.")
@@ -94,14 +94,7 @@ def _text(path: str) -> str:
     try:
         return Path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path} cannot be read: {error}. Give the calibration.yaml of a run.") from None
-
-
-def _loaded(path: str, text: str) -> object:
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise BadInput(f"{path} cannot be read as YAML: {str(error).splitlines()[0]}. Give the calibration.yaml of a run.") from None
+        raise BadInput(f"{path} cannot be read: {error}. {EXAMPLE}") from None
 
 
 def _made(read: Fields) -> Made:

@@ -5,9 +5,25 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import yaml
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
+
+SAFE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # plain data only; in C, where there is one, ten times as fast
+
+
+def plain_yaml(text: str, name: str, example: str) -> object:
+    """Return a file's text as plain data; nothing in it is built. Raises BadInput for what is no YAML, and for aliases: a few lines of
+    them can stand for more than any memory holds. `example` says what to give instead."""
+    try:
+        aliased = any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=SAFE))
+        document: object = None if aliased else yaml.load(text, Loader=SAFE)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:  # ValueError: a date that is none
+        raise BadInput(f"{name} is no plain YAML: {' '.join(str(error).split())}. {example}") from None
+    if aliased:
+        raise BadInput(f"{name} has aliases (*), which no such file has. {example}")
+    return document
 
 
 class Fields:

@@ -1,5 +1,6 @@
 """One criterion of a verdict: a value, the limits within which it passes or warns, and what to do where it does not."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -45,7 +46,7 @@ class Judgement:
 
 
 @settings
-class Criterion:
+class Criterion(ABC):
     """Base of all criteria. Limits are (low, high) with null for an open end: PASS within `passes`, else WARN within `warns`, else FAIL."""
 
     about: ClassVar[str] = CALIBRATION
@@ -60,9 +61,9 @@ class Criterion:
                 f"{type(self).__name__}: passes is {list(self.passes)} and warns is {list(self.warns)}, but warns must hold all of passes."
             )
 
+    @abstractmethod
     def measure(self, results: Results) -> Measured | None:
         """Return the value, or None if the stages that it needs did not run."""
-        raise NotImplementedError
 
     def judge(self, name: str, results: Results) -> Judgement | None:
         """Judge the results under a name; None if there is nothing to judge."""

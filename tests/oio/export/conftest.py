@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from oio.export.run_record import RunRecord, read_run
+from oio.export.run_record import RunRecord, read_run_record
 from oio.log import RunLog
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -29,7 +29,7 @@ def folder(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def record(folder) -> RunRecord:
     """What the log of that run holds."""
-    return read_run(folder / "run.mcap")
+    return read_run_record(folder / "run.mcap")
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import yaml
 from oio.core.errors import BadInput
 from oio.core.records import GasSample
 from oio.export.kalibr import write_kalibr
-from oio.export.run_record import read_run
+from oio.export.run_record import read_run_record
 from oio.results.calibration_entries import read_calibration
 
 
@@ -55,7 +55,7 @@ def test_what_is_not_known_is_left_out_and_said(folder, logged, tmp_path):
     del document["filter"]
     attached = {"calibration.yaml": yaml.safe_dump(document).encode()}
     log = logged(*(GasSample(i * 10**9, i % 2, 1.0) for i in range(1, 9)), attachments=attached, versions="{broken")
-    (path,) = write_kalibr(read_run(log), tmp_path)
+    (path,) = write_kalibr(read_run_record(log), tmp_path)
     text = path.read_text(encoding="utf-8")
     assert "# gas_random_walk: left out" in text and "# T_gas_link: left out" in text and "of an unknown version" in text
     assert list(yaml.safe_load(text)["gas0"]) == ["rostopic", "update_rate", "gas_noise_density", "timeshift_gas_joints"]
@@ -63,8 +63,8 @@ def test_what_is_not_known_is_left_out_and_said(folder, logged, tmp_path):
 
 def test_a_log_without_calibration_or_samples_is_refused(folder, logged, tmp_path):
     with pytest.raises(BadInput, match=r"no attachment 'calibration\.yaml'"):
-        write_kalibr(read_run(logged(GasSample(1, 0, 1.0))), tmp_path)
+        write_kalibr(read_run_record(logged(GasSample(1, 0, 1.0))), tmp_path)
     (tmp_path / "by_hand.mcap").unlink()
     attached = {"calibration.yaml": (folder / "calibration.yaml").read_bytes()}
     with pytest.raises(BadInput, match="holds 1 samples of element 0, but"):
-        write_kalibr(read_run(logged(GasSample(1, 0, 1.0), attachments=attached)), tmp_path)
+        write_kalibr(read_run_record(logged(GasSample(1, 0, 1.0), attachments=attached)), tmp_path)

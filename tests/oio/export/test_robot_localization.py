@@ -7,7 +7,7 @@ import yaml
 from oio.core.errors import BadInput
 from oio.core.records import SECOND_NS, GasSample
 from oio.export.robot_localization import STATES, velocity_walk, write_robot_localization
-from oio.export.run_record import ESTIMATE, read_run
+from oio.export.run_record import ESTIMATE, read_run_record
 from oio.figures.run_history import TrackOverTime
 
 X, V = slice(0, 3), slice(6, 9)
@@ -70,8 +70,8 @@ def test_the_density_of_a_random_walk_is_found(tmp_path):
 
 def test_without_odometry_or_an_arm_it_is_refused(logged, tmp_path):
     with pytest.raises(BadInput, match=r"holds no odometry \(/estimate/odom\)"):
-        write_robot_localization(read_run(logged()), tmp_path)
+        write_robot_localization(read_run_record(logged()), tmp_path)
     (tmp_path / "by_hand.mcap").unlink()
     rows = [(i * SECOND_NS, np.zeros(3), np.eye(3)) for i in range(1, 4)]
     with pytest.raises(BadInput, match="joint states with a model of the arm"):
-        write_robot_localization(read_run(logged(*(GasSample(t_ns, 0, 1.0) for t_ns, *_ in rows), odometry=rows)), tmp_path)
+        write_robot_localization(read_run_record(logged(*(GasSample(t_ns, 0, 1.0) for t_ns, *_ in rows), odometry=rows)), tmp_path)

@@ -9,7 +9,7 @@ import pytest
 
 from oio.core.errors import BadInput
 from oio.core.records import GasSample, JointState, seconds
-from oio.export.run_record import read_run
+from oio.export.run_record import read_run_record
 from oio.export.table_files import write_csv, write_parquet
 from oio.export.tables import tables
 from oio.log import read_odometry, read_readings, read_samples, read_states
@@ -89,7 +89,7 @@ def test_without_pyarrow_it_says_what_to_install(record, tmp_path, monkeypatch):
 
 
 def test_what_was_not_read_is_nan_and_what_is_not_there_has_no_table(logged):
-    made = tables(read_run(logged(GasSample(1, 0, 5.0), GasSample(2, 1, 6.0))))
+    made = tables(read_run_record(logged(GasSample(1, 0, 5.0), GasSample(2, 1, 6.0))))
     assert list(made) == ["readings"]
     assert np.all(np.isnan(made["readings"]["ppm"])) and made["readings"]["raw"].tolist() == [5.0, 6.0]
 
@@ -100,7 +100,7 @@ SLIDER = b"""<mujoco><worldbody><body><joint name="pan" type="slide" axis="1 0 0
 
 def test_a_sliding_joint_is_in_metres(logged):
     log = logged(JointState(10**9, [0.25], [0.1], [0.0]), attachments={"arm.mjcf": SLIDER})
-    made = tables(read_run(log))
+    made = tables(read_run_record(log))
     assert list(made["joints"]) == ["t_s", "pan_q_m", "pan_dq_m_s", "pan_ddq_m_s2"]
     assert made["tracks"]["dead_reckoning_x_m"].tolist() == [0.25]
 

@@ -111,7 +111,7 @@ def test_a_run_that_only_calibrates_has_its_report(made, tmp_path):
         (lambda folder: (folder / "run.mcap").rename(folder / "run.mcap.part"), "python -m oio.recover"),
         (lambda folder: (folder / "run.mcap").write_bytes(b"x"), "not an MCAP file"),
         (lambda folder: (folder / "summary.json").write_text("[]"), "not of schema"),
-        (lambda folder: (folder / "calibration.yaml").write_text("{"), "cannot be read"),
+        (lambda folder: (folder / "calibration.yaml").write_text("{"), "is no plain YAML"),
     ],
 )
 def test_what_cannot_be_reported_is_refused_in_one_paragraph(made, tmp_path, capsys, spoil, says):

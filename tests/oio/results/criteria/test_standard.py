@@ -1,5 +1,6 @@
 """Every criterion that ships passes, warns and fails on data made for it, and says what to do."""
 
+import re
 from dataclasses import fields, replace
 from types import SimpleNamespace
 
@@ -8,7 +9,7 @@ import pytest
 import yaml
 from hydra.utils import instantiate
 
-from oio.core.folders import CONF
+from oio.core.folders import CONF, ROOT
 from oio.gas.bouts import ElementBaseline
 from oio.inference.map_fit import CALIBRATED
 from oio.inference.metrics import ResidualTest
@@ -148,3 +149,9 @@ def test_no_truth_enters_the_verdict():
     truths = {"source_error_m": 9.0, "nees_source": 1e6, "inside_95": False, "nose_error_m": 9.0, "bearing_error_deg": 99.0}
     assert judge({Evaluation: evaluation(**truths)}, STANDARD) == judge({Evaluation: evaluation()}, STANDARD)
     assert {field.name for field in fields(Findings)}.isdisjoint({"source_error_m", "nees_source", "inside_95", "bound_m", "outcome"})
+
+
+def test_the_page_of_the_report_lists_every_criterion_with_what_it_is_about():
+    page = (ROOT / "docs" / "how-to" / "report.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `(\w+)` \| (calibration|search) \|", page, re.MULTILINE))
+    assert rows == {name: criterion.about for name, criterion in STANDARD.criteria.items()}
