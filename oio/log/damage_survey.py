@@ -1,15 +1,16 @@
 """Damage survey: which records are intact in a log that is truncated or corrupted."""
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 
-from mcap.records import Chunk, DataEnd, McapRecord, Message, Metadata
+from mcap.records import Chunk, McapRecord, Message, Metadata
 from mcap.stream_reader import breakup_chunk
 
 from oio.log.part_file import METADATA
-from oio.log.record_scanner import DAMAGE, records
+from oio.log.record_scanner import DAMAGE
+from oio.log.resync import ResynchronisedRecords
 from oio.log.wall_clock import start_ns
 
 
@@ -38,22 +39,20 @@ def survey(path: Path) -> RecoveryReport:
 
 
 def intact_records(path: Path, found: RecoveryReport) -> Iterator[McapRecord]:
-    """Yield the intact records, with chunks unpacked; a chunk that fails its checksum is skipped, a corrupted record ends the scan.
+    """Yield the intact records, with chunks unpacked; a chunk that fails its checksum is skipped, behind a damaged length the scan goes on
+    at the next sound one.
 
     At the end `found.complete` is True if that was everything.
     """
-    intact = True
-    with path.open("rb") as file:
-        try:
-            for record in records(file, os.fstat(file.fileno()).st_size, ended=False):
-                if isinstance(record, Metadata) and record.name == METADATA:
-                    found.start_ns = start_ns(record.metadata)
-                unpacked = _unpacked(record)
-                intact &= unpacked is not None
-                yield from unpacked or ()
-                found.complete = intact and isinstance(record, DataEnd)
-        except DAMAGE:
-            return
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        intact, sound = True, ResynchronisedRecords(data)
+        for record in sound:
+            if isinstance(record, Metadata) and record.name == METADATA:
+                found.start_ns = start_ns(record.metadata)
+            unpacked = _unpacked(record)
+            intact &= unpacked is not None
+            yield from unpacked or ()
+        found.complete = intact and sound.ended
 
 
 def _unpacked(record: McapRecord) -> list[McapRecord] | None:
