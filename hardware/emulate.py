@@ -109,7 +109,7 @@ def _help() -> str:
     kinds = faults.kinds("line", "feetech", "line")
     lines = "\n".join(f"  {device}.{kind:<10} {text}" for device, each in kinds.items() for kind, text in each.items())
     own = KEYS.read_text(encoding="utf-8").rstrip()
-    return f"{HEADER}\n{own}\n\nFaults (clock: with nose=line alone):\n{lines}\n"
+    return f"{HEADER}\n{own}\n\nFaults (clock: with nose=line alone, dead: with the others):\n{lines}\n"
 
 
 if __name__ == "__main__":

@@ -55,7 +55,7 @@ class Joints(Protocol):
 
 
 class Electronics:
-    """Raw sensor values as sent on the wire, with the faults saturated and stuck."""
+    """Raw sensor values as sent on the wire, with the faults saturated, stuck and dead."""
 
     def __init__(self, raw: Raw, full: float, trouble: Trouble) -> None:
         self._raw, self._full, self._trouble = raw, full, trouble
@@ -63,6 +63,8 @@ class Electronics:
 
     def raw(self, element: int) -> float:
         """Return the raw value of one element."""
+        if "dead" in self._trouble:
+            return 0.0
         if "saturated" in self._trouble:
             return self._full
         if "stuck" not in self._trouble or element not in self._last:

@@ -21,6 +21,7 @@ NOSE = {
     "saturated": "the value is at its rail",
     "nack": "it refuses every request",
 }
+DEAD = {"dead": "it answers 0 ppm, its code for no measurement; temperature and humidity go on"}
 CLOCK = {"clock": "its milliseconds jump ahead by 10 s, and back at the end"}
 ARM = {
     "stuck": "positions repeat",
@@ -34,7 +35,7 @@ EXAMPLE = "faults=nose.unplug@20:3+arm.noise@31"
 
 def kinds(nose: str, arm: str, valve: str) -> dict[str, dict[str, str]]:
     """Fault kinds of each device, with a description of each, for the given drivers."""
-    all_kinds = {"nose": {**WIRE, **NOSE, **(CLOCK if nose == "line" else {})}}
+    all_kinds = {"nose": {**WIRE, **NOSE, **(CLOCK if nose == "line" else DEAD)}}
     if arm != "none":
         all_kinds["arm"] = {**WIRE, **ARM}
     if valve != "none":

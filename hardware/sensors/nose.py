@@ -40,6 +40,7 @@ class Nose(ABC):
     accuracy_ppm: float  # standard uncertainty of an uncalibrated reading in clean air
     resolution_ppm: float  # white noise of one reading in clean air
     settled_ppm_per_min: float  # slope below which warm-up is over
+    no_value: tuple[tuple[float, float], ...]  # ranges of raw values, ends included, that mean `no measurement`
     dynamics: Dynamics
     spread: Spread
     climate: Climate
@@ -55,6 +56,15 @@ class Nose(ABC):
             resolution_ppm=(1e-9, 1e6),
             settled_ppm_per_min=(1e-9, 1e6),
         )
+        for low, high in self.no_value:
+            if low > high:
+                raise BadInput(
+                    f"sensor.no_value has the range [{low:g}, {high:g}], but the lower end comes first. Type [{high:g}, {low:g}]."
+                )
+
+    def is_no_value(self, raw: float) -> bool:
+        """Whether a raw value is the device's way of saying that it has none."""
+        return any(low <= raw <= high for low, high in self.no_value)
 
     @property
     def sample_s(self) -> float:

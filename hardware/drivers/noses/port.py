@@ -48,13 +48,17 @@ class NosePort:
             suitable = "scd30 or scd41, which say ppm" if bits is None else "line, which says counts"
             raise BadInput(f"sensor={sensor.name} goes with {suitable}, but backend.nose.driver={self.driver} was given.")
         stuck_after = self.stuck_after if _noisy(sensor) else NEVER
-        intake = ReadingFilter(mailbox, sensor.elements, sensor.highest_raw, stuck_after)
+        intake = ReadingFilter(mailbox, sensor.elements, sensor.highest_raw, stuck_after, getattr(sensor, "is_no_value", _never))
         if self.driver == "line":
             assert isinstance(bits, int)
             sentence = line.Sentence(self.talker, self.columns, "AB"[: sensor.elements], bits)
             return line.Line(intake, clock, sentence, sensor.sample_s)
         made = scd30.Scd30 if self.driver == "scd30" else scd41.Scd41
         return made(intake, clock, sensor.sample_s)
+
+
+def _never(raw: float) -> bool:
+    return False
 
 
 def _noisy(sensor: Sensor) -> bool:

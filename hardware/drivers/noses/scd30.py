@@ -62,8 +62,7 @@ class Scd30:
             self._lost += 1
             raise
         self._schedule.new(asked_ns)
-        if ppm != 0.0:  # 0 is reported before the first measurement
-            self._intake.put(asked_ns, 0, ppm, self._clock.now_ns())
+        self._intake.put(asked_ns, 0, ppm, self._clock.now_ns())
         return True
 
     def release(self, wire: Wire) -> None:

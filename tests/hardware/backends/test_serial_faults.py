@@ -17,6 +17,8 @@ FAULTS = [  # at a time when all devices are set up
     ("nose.saturated@14:2", 0, r"saturated [1-9]"),
     ("nose.stuck@9:3600", 1, "only .* readings"),
     ("nose.saturated@9:3600", 1, "only .* readings"),
+    ("nose.dead@14:1", 0, r"no value [1-9]"),
+    ("nose.dead@9:3600", 1, r"stands for `no measurement` \(sensor.no_value\)"),
     ("nose.clock@14:3", 0, r"clock [1-9]"),
     ("arm.busy@15:0.5", 0, r"lost [1-9]"),
     ("arm.noise@14:3", 0, r"skipped [1-9]"),

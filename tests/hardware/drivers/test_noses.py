@@ -11,7 +11,7 @@ from hardware.drivers.noses.poll_schedule import PollSchedule
 from hardware.drivers.noses.port import NEVER, NosePort, _noisy
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.mailbox import Mailbox
-from hardware.transport.port import NoAnswer, Unplugged
+from hardware.transport.port import DeviceLost, NoAnswer, Unplugged
 from oio.core.errors import BadInput
 from oio.core.records import SECOND_NS
 
@@ -30,6 +30,24 @@ def test_values_that_are_none_are_dropped_and_those_at_the_rail_counted(intake):
         taken.put(i, 0, raw, i)
     assert [a.sample.raw for a in box.gas] == [1.0, 1023.0, 1023.0, 1023.0, 1023.0, 1024.0, 1022.0]
     assert taken.counts == {"samples": 2, "not a number": 2, "saturated": 5}
+
+
+def test_codes_for_no_value_are_counted_and_nothing_else_for_long_ends_the_run(built):
+    sensor = built("sensor", "sensor=ndir", "sensor.no_value=[[0,0],[514,518],[65535,65535]]")
+    box = Mailbox(100)
+    taken = ReadingFilter(box, 1, 1e6, 1000, sensor.is_no_value)
+    for i, raw in enumerate([0.0, 514.0, 513.9, 516.5, 518.0, 518.1, 65535.0, 420.0]):
+        taken.put(i, 0, raw, i)
+    assert [a.sample.raw for a in box.gas] == [513.9, 518.1, 420.0] and taken.counts == {"samples": 3, "no value": 5}
+    for i in range(30):
+        taken.put(100 + i, 0, 0.0, 100 + i)
+    with pytest.raises(DeviceLost, match="31 times in a row with 0, which stands for `no measurement`"):
+        taken.put(200, 0, 0.0, 200)
+
+
+def test_a_range_of_no_values_the_wrong_way_round_is_refused(built):
+    with pytest.raises(Exception, match=r"lower end comes first. Type \[514, 518\]"):
+        built("sensor", "sensor=ndir", "sensor.no_value=[[518,514]]")
 
 
 def test_a_value_that_never_changes_is_stuck_per_element(intake):
