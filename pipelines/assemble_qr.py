@@ -28,7 +28,7 @@ class AssembleQR:
     process_noise: ProcessNoise
     nominal: Nominal
     verdict: Criteria
-    holds_for: dict[str, str]  # names of sensor, arm, profile and air: calibration= checks them
+    holds_for: dict[str, str | None]  # names of sensor, its serial number, arm, profile and air: calibration= checks them
 
     def run(self, context: Context) -> Calibration:
         """Both assemblies, and the cold start to compare with."""

@@ -35,7 +35,7 @@ class LoadCalibration:
     range_law: RangeLaw
     process_noise: ProcessNoise
     nominal: Nominal
-    holds_for: dict[str, str]
+    holds_for: dict[str, str | None]
 
     def check(self) -> None:
         """Raise BadInput for a file that cannot be read or does not fit, before anything moves."""
@@ -50,6 +50,10 @@ class LoadCalibration:
             made = f"{self.path} holds for sensor={kept.holds_for['sensor']} with {len(kept.baselines)} elements"
             this = f"this run has sensor={self.holds_for['sensor']} with {elements}"
             raise BadInput(f"{made}, but {this}. Type sensor={kept.holds_for['sensor']}, or calibrate again.")
+        was, this_one = kept.serial, self.holds_for["serial"]
+        if None not in (was, this_one) and was != this_one:
+            made = f"{self.path} holds for the sensor with serial number '{was}', but this run has sensor_serial='{this_one}'"
+            raise BadInput(f"{made}. Give the calibration of that sensor, or calibrate this one.")
 
     @cached_property
     def kept(self) -> KeptCalibration:
@@ -99,9 +103,11 @@ class LoadCalibration:
             [] if devices == self.kept.made.devices else [f"devices were {_named(self.kept.made.devices)} and are {_named(devices)} now."]
         )
         began = now["started"]
+        was, this_one = self.kept.serial, self.holds_for["serial"]
+        which = [] if was == this_one else [f"it holds for sensor_serial={was or 'null'} and this run has {this_one or 'null'}."]
         days = self.kept.made.days_before(began if isinstance(began, str) else None)
         aged = [] if days is None or days <= self.good_for_days else [f"it is {days:.0f} days old, {self.good_for_days:g} are good."]
-        return (*bad, *other, *parts, *aged, *old)
+        return (*bad, *other, *which, *parts, *aged, *old)
 
 
 def _named(devices: object) -> str:

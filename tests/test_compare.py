@@ -25,7 +25,7 @@ def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     words = {day: (f"seeds.disturbance={air}", f"seeds.measurement={noise}") for day, (air, noise) in SEEDS.items()}
     for name, seeds in {**words, "other": ("seeds.truth=5",)}.items():
-        line = [sys.executable, "-m", "oio.run", *SHORT, *seeds, f"hydra.run.dir={folder / name}"]
+        line = [sys.executable, "-m", "oio.run", *SHORT, "report=false", *seeds, f"hydra.run.dir={folder / name}"]
         subprocess.run(line, cwd=ROOT, env=os.environ, capture_output=True, check=True, timeout=300)
     return folder
 

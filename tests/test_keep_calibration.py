@@ -86,6 +86,19 @@ def test_remarks_say_where_it_may_not_fit(built, made, tmp_path):
     assert loaded(built, bad, tmp_path, fresh=base).kept.remarks == ("its own verdict was FAIL.",)
 
 
+def test_it_holds_for_one_serial_number(built, made, tmp_path):
+    results, path = made
+    base, told = results[BaselineResult], tmp_path / "told.yaml"
+    assert yaml.safe_load(path.read_text())["holds_for"]["serial"] is None
+    told.write_text(path.read_text().replace("serial: null", "serial: '17'"))
+    assert loaded(built, told, tmp_path, "sensor_serial='17'", fresh=base).kept.remarks == ()
+    unknown = loaded(built, told, tmp_path, fresh=base).kept.remarks
+    assert unknown == ("it holds for sensor_serial=17 and this run has null.",)
+    assert loaded(built, path, tmp_path, "sensor_serial='17'", fresh=base).kept.remarks[0].startswith("it holds for sensor_serial=null")
+    with pytest.raises(Exception, match="holds for the sensor with serial number '17', but this run has sensor_serial='18'"):
+        load(built, told, "sensor_serial='18'")
+
+
 def test_age_and_devices_are_remarked_on(built, made, tmp_path):
     results, path = made
     base, old = results[BaselineResult], tmp_path / "old.yaml"
@@ -198,6 +211,10 @@ def test_a_run_begins_with_it_and_its_log_is_replayed(made, tmp_path):
         ((), "the stages map_beliefs, assemble_qr make one. Type stage=[navigate,evaluate]"),
         (("stage=[navigate,evaluate]", "calibration=nowhere.yaml"), "calibration=nowhere.yaml was given, but there is no such file"),
         (("stage=[navigate,evaluate]", "+calibration=x.yaml"), "calibration"),
+        (
+            ("stage=[navigate,evaluate]", "sensor_serial=1e5"),
+            "sensor_serial=100000.0 was given, but it must be a text, or null. Put it in quotes",
+        ),
     ],
 )
 def test_wrong_input_ends_in_one_paragraph(made, tmp_path, words, says):
@@ -208,10 +225,11 @@ def test_wrong_input_ends_in_one_paragraph(made, tmp_path, words, says):
 
 
 def test_what_ends_with_the_baseline_leaves_it(made, tmp_path):
-    done = run(tmp_path / "run", "stage=[warm_up,baseline]")
+    done = run(tmp_path / "run", "stage=[warm_up,baseline]", "sensor_serial=12")
     assert done.returncode == 0 and "baseline" in done.stdout
     left = yaml.safe_load((tmp_path / "run" / "calibration.yaml").read_text())
     entry = left["sensor"]["element_0"]["baseline"]
+    assert left["holds_for"]["serial"] == "12" == json.loads((tmp_path / "run" / "summary.json").read_text())["sensor_serial"]
     assert left["schema"] == "oio.results.baseline/1" and entry["unit"] == "ppm" and entry["u"] > 0
     refused = run(tmp_path / "next", "stage=[navigate,evaluate]", f"calibration={tmp_path / 'run' / 'calibration.yaml'}")
     assert refused.returncode == 2 and "a run can begin with oio.results.calibration/1 alone" in refused.stderr

@@ -34,11 +34,19 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         raise BadInput(f"report={cfg.report} was given, but report can be true or false. Type e.g. report=false.")
     _whole("dof", cfg.dof, f"a rung of the ladder: {', '.join(map(str, cfg.arm.ladder))}", str(cfg.arm.ladder[-1]))
     _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
+    cfg.sensor_serial = _label(cfg.sensor_serial)
     names = {key: choices[key] for key in ("backend", "air", "ekf")}
     plain = {key: cfg[key] for key in ("dof", "assembly", "seed")}
     world = cfg.world.name if "world" in cfg.backend else None  # a simulated one
     _check_world(choices["backend"], overrides, world is not None)
-    identity = {"sensor": cfg.sensor.name, "profile": cfg.profile.name, **plain, **names, "world": world}
+    identity = {
+        "sensor": cfg.sensor.name,
+        "profile": cfg.profile.name,
+        **plain,
+        **names,
+        "world": world,
+        "sensor_serial": cfg.sensor_serial,
+    }
     stages = _stages(cfg)
     if not stages:
         raise BadInput("stage=[] was given, but at least one stage is needed. Type e.g. stage=[warm_up,baseline].")
@@ -51,6 +59,13 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment
+
+
+def _label(given: object) -> str | None:
+    """A serial number as text; digits alone arrive as a number."""
+    if given is None or isinstance(given, str) or type(given) is int:
+        return None if given is None else str(given)
+    raise BadInput(f"sensor_serial={given} was given, but it must be a text, or null. Put it in quotes: \"sensor_serial='{given}'\".")
 
 
 def _stages(cfg: DictConfig) -> dict[str, Stage]:

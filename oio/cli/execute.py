@@ -120,5 +120,6 @@ def _keep_baseline(experiment: Experiment, results: Mapping[type, object], verdi
     """A run that ended with the baseline leaves what it has found of the sensor."""
     base = results.get(BaselineResult)
     if isinstance(base, BaselineResult) and Calibration not in results:
-        held = {key: str(experiment.identity[key]) for key in ("sensor", "profile", "air")}
+        told = experiment.identity
+        held = {"sensor": told["sensor"], "serial": told["sensor_serial"], "profile": told["profile"], "air": told["air"]}
         write_whole(path, baseline_yaml(base, verdict, held))

@@ -17,7 +17,7 @@ from oio.results.yaml_fields import plain_yaml
 
 SECTIONS = ("sensor", "range_law", "arm", "type_a", "type_b")  # in which every mapping with a value is a quantity
 REQUIRED = SECTIONS[:3]
-HOLDS_FOR = ("sensor", "arm", "profile", "air")  # names of the choices that a file holds for, where it says so
+HOLDS_FOR = ("sensor", "serial", "arm", "profile", "air")  # names of the choices that a file holds for, where it says so
 QUANTITIES = frozenset((
     "baseline", "gain", "R_white", "tau_rise", "tau_fall", "delay", "error",
     "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "offset", "drift", "u_a", "rms",

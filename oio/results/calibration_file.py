@@ -1,5 +1,6 @@
 """Writer of calibration.yaml: value, standard uncertainty, unit, degrees of freedom, method (A statistical, B other) of each quantity."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 
 import numpy as np
@@ -17,12 +18,13 @@ BASELINE_SCHEMA = "oio.results.baseline/1"
 
 
 def calibration_yaml(
-    calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, noises: dict[str, Noise], holds_for: dict[str, str],
+    calibration: Calibration, bouts: BoutCalibration, found: MapCalibration, noises: dict[str, Noise], holds_for: Mapping[str, str | None],
     made: dict[str, object], verdict: Verdict, t_ns: int,
 ) -> str:  # fmt: skip
     """Return the whole file as text; plain data only, so that loading it never constructs an object.
 
-    `noises`: of both assemblies. `holds_for`: names of sensor, arm, profile and air. `made`: when, and on which devices.
+    `noises`: of both assemblies. `holds_for`: names of sensor, arm, profile and air, and the sensor's serial number if known.
+    `made`: when, and on which devices.
     """
     document = {
         "schema": SCHEMA,
@@ -43,7 +45,7 @@ def calibration_yaml(
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
 
 
-def baseline_yaml(base: BaselineResult, verdict: Verdict, holds_for: dict[str, str]) -> str:
+def baseline_yaml(base: BaselineResult, verdict: Verdict, holds_for: Mapping[str, str | None]) -> str:
     """Return the file of a run that ended with the baseline: offsets and noise of the sensor, and no more. No run can begin with it."""
     elements = {
         f"element_{e}": {"baseline": entry(b.ppm, b.u_ppm, "ppm", b.n_effective - 1, "A"), "readings": b.n, "sigma_ppm": b.sigma_ppm}

@@ -1,5 +1,7 @@
 """The part of calibration.yaml from which a filter starts again: the fit on the beacon, both assemblies of Q and R, the baselines."""
 
+from collections.abc import Mapping
+
 from oio.inference.uncertainty import Noise
 from oio.results.calibration import Calibration, MapCalibration
 
@@ -22,7 +24,9 @@ def parameter_units(dof: int, elements: int) -> tuple[str, ...]:
     return (*law, *["rad"] * dof, *["rad/s^2"] * dof, *["1"] * elements, "1", *["ppm"] * elements)
 
 
-def fit_entries(calibration: Calibration, found: MapCalibration, noises: dict[str, Noise], holds_for: dict[str, str]) -> dict[str, object]:
+def fit_entries(
+    calibration: Calibration, found: MapCalibration, noises: dict[str, Noise], holds_for: Mapping[str, str | None]
+) -> dict[str, object]:
     """Sections of calibration.yaml that `oio.results.kept_calibration` reads back to the last bit."""
     fit, joints = found.fit, calibration.chosen.model.arm.names
     return {

@@ -43,6 +43,7 @@ class KeptCalibration:
     file: str
     text: str  # of the file
     holds_for: dict[str, str]
+    serial: str | None  # of the sensor, if the run was told
     joints: tuple[str, ...]
     made: Made
     verdict: str
@@ -77,7 +78,7 @@ def read_kept(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
     totals, verdict = read.section("totals"), read.section("verdict")
     paper, late = read.section("paper_values"), read.section("fit").section("delay")
     return KeptCalibration(
-        path, text, names, joints, _made(read.section("made")), verdict.text("overall"),
+        path, text, names, held.maybe_text("serial"), joints, _made(read.section("made")), verdict.text("overall"),
         _fit(read.section("fit"), joints, len(baselines), law),
         {name: _read_noise(name, read.section("assemblies").section(name)) for name in ("gum", "paper")},
         Delay(late.number("s", 0.0), late.number("u_s", 0.0)),

@@ -183,7 +183,7 @@ class Emulators:
         assert self._process.stdout
         told = self._process.stdout.readline()
         assert "oio.run" in told, (folder / "errors").read_text()
-        self._command = [sys.executable, *shlex.split(told)[1:]]
+        self._command = [sys.executable, *shlex.split(told)[1:], "report=false"]
 
     def start(self, *words: str, stdin: int = subprocess.DEVNULL, **env: str) -> "tuple[subprocess.Popen[str], Path]":
         """A run that goes on, and its folder."""

@@ -54,7 +54,7 @@ def test_an_arm_climbs_toward_the_beacon_and_its_log_replays_to_the_bit(emulator
     assert timedelta(0) < datetime.now(UTC) - began < timedelta(hours=1) and samples[0].t_ns < 60e9
     q = np.array([s.q for s in samples if isinstance(s, JointState)])
     assert np.sum(np.ptp(q, axis=0) > 0.02) >= 3  # joints that have moved
-    words = [sys.executable, "-m", "oio.run", "backend=replay", f"backend.log={run.log}", f"hydra.run.dir={tmp_path / 'again'}"]
+    words = [sys.executable, "-m", "oio.run", "report=false", "backend=replay", f"backend.log={run.log}", f"hydra.run.dir={tmp_path / 'again'}"]
     again = subprocess.run(words, cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
     assert again.returncode == 0, again.stderr
     first, second = (json.loads((out / "summary.json").read_text(encoding="utf-8")) for out in (run.out, tmp_path / "again"))
@@ -101,7 +101,7 @@ def test_a_port_that_is_not_there_is_refused_in_one_paragraph(tmp_path, arm):
     ]
     words += ["backend.valve.driver=none", *arm]
     Homing.nominal(5, 2048).write(tmp_path / "homing.json")
-    run = subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
+    run = subprocess.run([sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
     assert run.returncode == 2 and "no such port" in run.stderr and "hardware.ports" in run.stderr and "Traceback" not in run.stderr
     assert not (tmp_path / "out").exists()
 
@@ -160,7 +160,7 @@ def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sen
         print(f"{sensor} seed {seed}: {1e3 * wire_m[-1]:.1f} mm, last byte to belief {delay_ms} ms; {stalls}")
         out = tmp_path / f"simulated{seed}"
         words = [f"sensor={sensor}", f"seed={seed}", "arm.encoder_drift_deg_s2=0", f"hydra.run.dir={out}"]
-        subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, env=ENV, capture_output=True, check=True)
+        subprocess.run([sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, env=ENV, capture_output=True, check=True)
         simulated_m.append(json.loads((out / "summary.json").read_text(encoding="utf-8"))["calibrated"]["source_error_m"])
     assert np.median(wire_m) <= 2.0 * np.median(simulated_m), (wire_m, simulated_m)
 

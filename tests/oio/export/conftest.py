@@ -21,7 +21,7 @@ SHORT = (
 def folder(tmp_path_factory) -> Path:
     """The folder of a simulated run."""
     out = tmp_path_factory.mktemp("run") / "first"
-    line = [sys.executable, "-m", "oio.run", *SHORT, f"hydra.run.dir={out}"]
+    line = [sys.executable, "-m", "oio.run", *SHORT, "report=false", f"hydra.run.dir={out}"]
     subprocess.run(line, cwd=ROOT, env=os.environ, capture_output=True, check=True, timeout=300)
     return out
 

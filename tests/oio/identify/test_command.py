@@ -36,7 +36,7 @@ def run_folder(tmp_path_factory):
     """A run in clean air with two minutes of drift record."""
     out = tmp_path_factory.mktemp("runs") / "clean"
     words = ["sensor=ec", "stage=[warm_up,baseline]", "stage.warm_up.drift_record_s=120", f"hydra.run.dir={out}"]
-    subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, check=True, capture_output=True)
     return out
 
 

@@ -30,7 +30,7 @@ class Person:
 
     def __init__(self, out):
         self._own, self._terminal = pty.openpty()
-        command = [sys.executable, "-m", "oio.run", *WORDS, f"hydra.run.dir={out}"]
+        command = [sys.executable, "-m", "oio.run", *WORDS, "report=false", f"hydra.run.dir={out}"]
         self.process = subprocess.Popen(command, cwd=ROOT, stdin=self._terminal, stdout=self._terminal, stderr=self._terminal)
         os.close(self._terminal)
         self.seen = ""
