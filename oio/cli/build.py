@@ -24,7 +24,7 @@ _BUILT: dict[str, Any] = {}
 
 def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Experiment:
     """Build the experiment of a configuration; all frozen, no I/O. Raises BadInput, or what Hydra raises, for anything wrong."""
-    plain = OmegaConf.to_container(cfg, resolve=False)  # before Hydra resolves it
+    plain: Any = OmegaConf.to_container(cfg, resolve=False)  # before Hydra resolves it
     try:
         return _build(cfg, choices, overrides)
     except InstantiationException as error:
