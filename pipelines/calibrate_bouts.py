@@ -44,7 +44,7 @@ class CalibrateBouts:
         """u_a of every rung up to `dof`, and the trace."""
         context.world.present("beacon")
         trace = Trace(self.path_period_s, self.trace_limit)
-        rungs = [self._rung(context, dof, trace) for dof in self.arm.ladder if dof <= self.arm.dof]
+        rungs = [self._rung(context, dof, trace) for dof in self.arm.rungs if dof <= self.arm.dof]
         return BoutCalibration(tuple(rungs), trace, _false_alarm_rate(self.bout, self.bout.window(self.arm.dof), self.sensor.elements))
 
     def _rung(self, context: Context, dof: int, trace: Trace) -> TypeA:

@@ -27,7 +27,7 @@ class Arm(Workspace):
     nose_body: str | None  # or, if it is given, the nose is on this body (the only way in a URDF),
     nose_offset_m: tuple[float, float, float]  # here in the frame of that body
     dof: int  # how many joints move, a rung of the ladder
-    ladder: tuple[int, ...]  # rungs in the order of calibration
+    ladder: tuple[int, ...] | None  # rungs in the order of calibration; None: 1, 2, 3 and all joints, as the paper's 1, 2, 3, 5
     home_rad: tuple[float, ...]  # rest pose, all joints
     box_low_m: tuple[float, float, float]  # the nose stays in this box (table, base, person) in the base frame
     box_high_m: tuple[float, float, float]
@@ -41,9 +41,12 @@ class Arm(Workspace):
 
     def check(self) -> None:
         """Refuse a DoF off the ladder, a home of the wrong length or out of limits, and senseless speeds."""
-        if self.dof not in self.ladder:
-            rungs = ", ".join(map(str, self.ladder))
-            raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.ladder[-1]}.")
+        if self.dof not in self.rungs:
+            rungs = ", ".join(map(str, self.rungs))
+            raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.rungs[-1]}.")
+        if list(self.rungs) != sorted({*self.rungs}) or not 1 <= self.rungs[0] <= self.rungs[-1] <= len(self.all_names):
+            given = f"arm.ladder is {list(self.rungs)}, but its rungs must rise, from 1 at least to the {len(self.all_names)} joints of"
+            raise BadInput(f"{given} {self.mjcf}. Type arm.ladder=null for 1, 2, 3 and all.")
         if len(self.home_rad) != len(self.all_names):
             raise BadInput(f"arm.home_rad has {len(self.home_rad)} values, but {self.mjcf} has {len(self.all_names)} joints.")
         low, high = self.model.low, self.model.high
@@ -58,6 +61,11 @@ class Arm(Workspace):
         for key in ("encoder_drift_deg_s2", "homing_offset_deg", "backlash_deg"):
             if getattr(self, key) < 0:
                 raise BadInput(f"arm.{key} is {getattr(self, key)}, but it must be 0 or more.")
+
+    @cached_property
+    def rungs(self) -> tuple[int, ...]:
+        """Numbers of joints that may be unlocked, in the order of calibration."""
+        return tuple(sorted({1, 2, 3, len(self.all_names)} & {*range(1, len(self.all_names) + 1)})) if self.ladder is None else self.ladder
 
     @property
     def path(self) -> Path:
