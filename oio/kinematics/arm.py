@@ -11,6 +11,7 @@ from oio.core.records import Array
 from oio.core.settings import settings
 from oio.kinematics.chain_from_model import KinematicChain, NosePoint, load_chain
 from oio.kinematics.homing import Homing
+from oio.kinematics.homing_file import read_homing
 from oio.kinematics.workspace import Workspace
 
 
@@ -36,7 +37,7 @@ class Arm(Workspace):
     nose_limit_m_s: float  # m/s; `duration_s` plans by the chord, and on a curved path the nose is faster
     encoder_drift_deg_s2: float  # bound on the encoders' quadratic drift
     homing_offset_deg: float  # standard deviation of the homing offset
-    homing: str | None  # file of `python -m hardware.home`, whose uncertainties come on top
+    homing: str | None  # file of `python -m hardware.home`, or LeRobot's calibration; its uncertainties come on top
     backlash_deg: float  # peak to peak
 
     def check(self) -> None:
@@ -92,8 +93,8 @@ class Arm(Workspace):
 
     @cached_property
     def homed(self) -> Homing | None:
-        """What the homing file says of all joints; None without one."""
-        return None if self.homing is None else Homing.read(self.homing, len(self.all_names))
+        """What the homing file, ours or LeRobot's, says of all joints; None without one."""
+        return None if self.homing is None else read_homing(self.homing, self.model.low, self.model.high)
 
     @property
     def homing_u_deg(self) -> Array:
