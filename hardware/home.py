@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 
 from oio.cli import startup
+from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
@@ -79,4 +80,4 @@ def _open_wire(port: str, bus: Bus) -> Wire:
 
 
 if __name__ == "__main__":
-    sys.exit(run_tool(main, (__doc__ or "").strip()))
+    sys.exit(ended(lambda: run_tool(main, (__doc__ or "").strip())))

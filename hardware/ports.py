@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from oio.cli import startup
+from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
@@ -109,4 +110,4 @@ def _line(key: str, driver: str, path: str, name: str) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(run_tool(main, (__doc__ or "").strip()))
+    sys.exit(ended(lambda: run_tool(main, (__doc__ or "").strip())))

@@ -3,6 +3,7 @@
 import sys
 
 from oio.cli.protocol_page import main
+from oio.core.standard_output import ended
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

@@ -5,21 +5,27 @@ import sys
 from oio import __version__
 from oio.cli import startup
 from oio.cli.help import asks_for_help, show_help_for
+from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
 
 def main() -> int:
-    """Run the command; returns the exit code. Help and version come without what takes a second to load."""
+    """Run the command; returns the exit code."""
+    return ended(_run)
+
+
+def _run() -> int:
+    """Help and version come without what takes a second to load."""
     if "--version" in sys.argv[1:]:
         sys.stdout.write(f"oio {__version__}\n")
         return 0
     if asks_for_help(sys.argv[1:]):
         show_help_for(sys.argv[1:])
         return 0
-    from oio.cli.run import main as run
+    from oio.cli.run import main as run_configured
 
-    code = run()
+    code = run_configured()
     return _report() or code
 
 

@@ -1,13 +1,13 @@
 """Five readings of each element in clean air, y_0..y_4: its offset, its noise, and what a bout must exceed."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from oio.core.errors import NotSettled
 from oio.core.interfaces import Sensor
 from oio.core.records import GasReading, GasSample, seconds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.bouts import ElementBaseline, element_baseline
 from oio.results.calibration import BaselineResult, WarmUpResult
 from oio.runtime.context import Context
@@ -21,12 +21,8 @@ class Baseline:
 
     needs: ClassVar[tuple[type, ...]] = (WarmUpResult,)
     sensor: Sensor
-    samples: int  # per element
-    max_s: float  # then the stage gives up
-
-    def check(self) -> None:
-        """A standard deviation needs two."""
-        in_range(self, samples=(2, 10_000), max_s=(0.1, 1e6))
+    samples: Annotated[int, Within(2, 10_000)]  # per element
+    max_s: Annotated[float, Within(0.1, 1e6)]  # then the stage gives up
 
     def run(self, context: Context) -> BaselineResult:
         """One baseline per element; raises NotSettled if one of them says nothing that can be used."""

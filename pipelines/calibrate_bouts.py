@@ -1,12 +1,12 @@
 """Climb the DoF ladder toward the beacon with the paper's bandit; the spread of the bouts on each rung is its Type A uncertainty."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, Event, GasReading
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.bout_rates import CleanAir, simulated_false_alarms
 from oio.gas.bouts import Bout, effective_samples
 from oio.gas.detection_rule import DetectionRule, Detector
@@ -31,14 +31,10 @@ class CalibrateBouts:
     bandit: Bandit
     bout: DetectionRule
     beacon: Source
-    moves_per_rung: int
-    sniff_s: float  # how long each move's sniff lasts at least; a rung lasts two windows at least
-    path_period_s: float
-    trace_limit: int
-
-    def check(self) -> None:
-        """Refuse a climb without moves."""
-        in_range(self, moves_per_rung=(1, 1000), sniff_s=(0.0, 600.0))
+    moves_per_rung: Annotated[int, Within(1, 1000)]
+    sniff_s: Annotated[float, Within(0, 600)]  # how long each move's sniff lasts at least; a rung lasts two windows at least
+    path_period_s: Annotated[float, Within(0.01, 60)]
+    trace_limit: Annotated[int, Within(100, 10_000_000)]
 
     def run(self, context: Context) -> BoutCalibration:
         """u_a of every rung up to `dof`, and the trace."""

@@ -1,13 +1,13 @@
 """Cold start against calibrated on the same samples, read back from the log, with both assemblies side by side."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import seconds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.inference.base import Localizer
@@ -36,14 +36,13 @@ class Evaluate:
     belief_map: Localizer
     stop: StopRule  # as navigate's
     limits: ScoreLimits
-    narrowed: float  # posterior over prior standard deviation: a direction above it is unobservable
+    narrowed: Annotated[float, Within(0, 1)]  # posterior over prior standard deviation: a direction above it is unobservable
     paper_assembly: bool  # a third of the stage's time
-    bound_draws: int  # truths from the prior over which van Trees' bound is averaged
+    bound_draws: Annotated[int, Within(1, 100_000)]  # truths from the prior over which van Trees' bound is averaged
     cold_maps: str  # of the cold start: one of COLD_MAPS
 
     def check(self) -> None:
-        """A mean needs a draw; no maps but these."""
-        in_range(self, bound_draws=(1, 100_000), narrowed=(0.0, 1.0))
+        """Refuse unknown maps."""
         if self.cold_maps not in COLD_MAPS:
             given = f"stage.evaluate.cold_maps is '{self.cold_maps}'"
             raise BadInput(f"{given}, but it can be {' or '.join(COLD_MAPS)}. Type stage.evaluate.cold_maps={COLD_MAPS[0]}.")

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from oio.core.errors import BadInput
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.bouts import ElementBaseline
 from oio.gas.range_law import RangeLaw
 from oio.inference.map_fit import Fit
@@ -30,7 +30,7 @@ class LoadCalibration:
     path: str | None  # None: no calibration= was typed, and the stage is in no run
     assembly: str
     joints: str
-    good_for_days: float  # an older calibration is remarked on
+    good_for_days: Annotated[float, Within(0, 1e5)]  # an older calibration is remarked on
     arm: Arm
     range_law: RangeLaw
     process_noise: ProcessNoise
@@ -42,7 +42,6 @@ class LoadCalibration:
         if self.joints not in JOINTS:
             given = f"load_calibration.joints is '{self.joints}'"
             raise BadInput(f"{given}, but it can be {' or '.join(JOINTS)}. Type load_calibration.joints={JOINTS[0]}.")
-        in_range(self, good_for_days=(0.0, 1e5))
         if self.path is None:
             return
         kept, elements = self.kept, self.nominal.elements

@@ -1,14 +1,14 @@
 """Fit the range law on the known source, then find that source again and again from five measurements each: the Type B uncertainty."""
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from oio.core.errors import BadInput, NotObservable
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, seconds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.range_law import RangeLaw
 from oio.gas.source import Source
 from oio.gas.timing import Delay, shift_path
@@ -43,16 +43,15 @@ class MapBeliefs:
     belief_map: Localizer
     nominal: Nominal
     beacon: Source
-    beacon_u_m: float  # how well the beacon's place is known, standard uncertainty per axis
-    distances_m: tuple[float, ...]  # one measurement each; the paper's ideal is five
-    repeats: int  # at least; more while calibration, counted from the baseline's beginning, can end within
-    budget_s: float
-    dwell_s: float
-    dwell_taus: float  # and so many lags on top
+    beacon_u_m: Annotated[float, Within(1e-6, 1)]  # how well the beacon's place is known, standard uncertainty per axis
+    distances_m: Annotated[tuple[float, ...], Within(1e-3, 100)]  # one measurement each; the paper's ideal is five
+    repeats: Annotated[int, Within(2, 100)]  # at least; more while calibration, counted from the baseline's beginning, can end within
+    budget_s: Annotated[float, Within(0, 1e6)]
+    dwell_s: Annotated[float, Within(0, 600)]
+    dwell_taus: Annotated[float, Within(0, 10)]  # and so many lags on top
 
     def check(self) -> None:
-        """A vertex needs four spheres; a spread needs two repeats."""
-        in_range(self, repeats=(2, 100), budget_s=(0.0, 1e6), dwell_s=(0.0, 600.0), dwell_taus=(0.0, 10.0), beacon_u_m=(1e-6, 1.0))
+        """A vertex needs four spheres."""
         if len(self.distances_m) < 4:
             given = f"stage.map_beliefs.distances_m has {len(self.distances_m)} values"
             raise BadInput(f"{given}, but a vertex needs at least 4. Type e.g. stage.map_beliefs.distances_m=[0.05,0.06,0.08,0.2,0.25].")

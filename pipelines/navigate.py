@@ -1,13 +1,13 @@
 """Find a source at a new, unknown place: explore, map, then sniff where it tells most, until the belief is narrow enough to say so."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from oio.core.errors import WorldEnded
 from oio.core.interfaces import Sensor
 from oio.core.records import JointState, seconds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, refuse_below, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.gas.detection import WhiffDetector
@@ -39,21 +39,21 @@ class Navigate:
     search: Strategy
     bout: DetectionRule
     mapping: MappingPolicy
-    whiff_sigmas: float  # a whiff is so far above what is left of an earlier sniff, in standard deviations of one reading
-    max_moves: int
-    max_s: float
-    dwell_s: float
-    dwell_taus: float  # and so many lags on top
-    standoff_m: float  # the nose keeps this far from where the source is believed
+    # whiff_sigmas: a whiff is so far above what is left of an earlier sniff, in standard deviations of one reading
+    whiff_sigmas: Annotated[float, Within(0, 1e6)]
+    max_moves: Annotated[int, Within(4, 10_000)]
+    max_s: Annotated[float, Within(1, 1e6)]
+    dwell_s: Annotated[float, Within(0, 600)]
+    dwell_taus: Annotated[float, Within(0, 10)]  # and so many lags on top
+    standoff_m: Annotated[float, Within(0, 10)]  # the nose keeps this far from where the source is believed
     stop: StopRule
     verification: Verification
     elsewhere: LookElsewhere
-    belief_every_s: float  # between two beliefs in the log, besides those of maps
+    belief_every_s: Annotated[float, Within(0, 1e6)]  # between two beliefs in the log, besides those of maps
 
     def check(self) -> None:
         """Refuse a search that cannot begin or end."""
-        in_range(self, whiff_sigmas=(0, 1e6), max_moves=(self.mapping.explore_moves, 10_000), max_s=(1.0, 1e6))
-        in_range(self, dwell_s=(0, 600), dwell_taus=(0, 10), standoff_m=(0, 10), belief_every_s=(0, 1e6))
+        refuse_below(self, "max_moves", "mapping.explore_moves")
 
     def run(self, context: Context) -> Navigation:
         """Searches with the calibrated filter in the chosen assembly; beliefs go to the log at every map, and at a rate between."""

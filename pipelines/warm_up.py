@@ -2,14 +2,14 @@
 
 from collections import deque
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from oio.core.errors import BadInput, NotSettled
 from oio.core.interfaces import Sensor
 from oio.core.records import GasReading, GasSample, seconds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.settling import settling_time
 from oio.identification.stationarity import kpss
 from oio.results.calibration import WarmUpResult
@@ -25,15 +25,14 @@ class WarmUp:
 
     needs: ClassVar[tuple[type, ...]] = ()
     sensor: Sensor
-    window_s: float  # a line is fitted to the last so many seconds ...
-    readings: int  # ... and to so many readings of each element at least
-    max_s: float  # then the stage gives up
+    window_s: Annotated[float, Within(0, 1e5)]  # a line is fitted to the last so many seconds ...
+    readings: Annotated[int, Within(4, 10_000)]  # ... and to so many readings of each element at least
+    max_s: Annotated[float, Within(0.1, 1e6)]  # then the stage gives up
     rule: str  # slope, or kpss: the readings in the window are stationary at 5 %
-    drift_record_s: float  # clean air that is recorded afterwards, for `python -m oio.identify`
+    drift_record_s: Annotated[float, Within(0, 1e6)]  # clean air that is recorded afterwards, for `python -m oio.identify`
 
     def check(self) -> None:
-        """Refuse windows too short for a line with an error, and an unknown rule."""
-        in_range(self, window_s=(0.0, 1e5), readings=(4, 10_000), max_s=(0.1, 1e6), drift_record_s=(0.0, 1e6))
+        """Refuse an unknown rule."""
         if self.rule not in ("slope", "kpss"):
             raise BadInput(f"WarmUp.rule is '{self.rule}', but it can be slope or kpss. Type stage.warm_up.rule=slope.")
 

@@ -8,6 +8,7 @@ space: `hardware.air.bodies` puts walls into it. A developed plume is drawn, not
 
 import math
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from hardware.air import puffs
 from hardware.air.aged_plume import VelocityProcess, plume_sway
 from hardware.air.emitter import STEADY, Emitter
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 
 @settings
@@ -23,22 +24,17 @@ class Filament:
     """Filament model of one room. The eddy diffusivity of the puffs' own motion is turbulence^2 * eddy_s."""
 
     name: str
-    wind_m_s: float  # mean wind speed; its horizontal direction is drawn from the truth stream
-    turbulence_m_s: float  # standard deviation of a puff's own velocity, each axis
-    eddy_s: float  # its correlation time
-    meander_m_s: float  # standard deviation of the shared velocity, each axis
-    meander_s: float  # its correlation time
-    puffs_per_s: float
-    puff_m: float  # sigma_0, initial standard deviation of a puff
-    growth_m2_s: float  # D, diffusivity that spreads a puff
-    age_s: float  # a puff older than this is removed
-    range_m: float  # so is one farther than this from the base
-    spin_up_s: float  # development time of the plume when a source is presented; takes no simulated time
-
-    def check(self) -> None:
-        """Refuse parameters out of range."""
-        in_range(self, wind_m_s=(0, 10), turbulence_m_s=(0, 5), eddy_s=(0.01, 100), meander_m_s=(0, 5), meander_s=(0.01, 1000))
-        in_range(self, puffs_per_s=(1, 500), puff_m=(1e-3, 0.5), growth_m2_s=(0, 1), age_s=(1, 600), range_m=(0.1, 100), spin_up_s=(0, 600))
+    wind_m_s: Annotated[float, Within(0, 10)]  # mean wind speed; its horizontal direction is drawn from the truth stream
+    turbulence_m_s: Annotated[float, Within(0, 5)]  # standard deviation of a puff's own velocity, each axis
+    eddy_s: Annotated[float, Within(0.01, 100)]  # its correlation time
+    meander_m_s: Annotated[float, Within(0, 5)]  # standard deviation of the shared velocity, each axis
+    meander_s: Annotated[float, Within(0.01, 1000)]  # its correlation time
+    puffs_per_s: Annotated[float, Within(1, 500)]
+    puff_m: Annotated[float, Within(1e-3, 0.5)]  # sigma_0, initial standard deviation of a puff
+    growth_m2_s: Annotated[float, Within(0, 1)]  # D, diffusivity that spreads a puff
+    age_s: Annotated[float, Within(1, 600)]  # a puff older than this is removed
+    range_m: Annotated[float, Within(0.1, 100)]  # so is one farther than this from the base
+    spin_up_s: Annotated[float, Within(0, 600)]  # development time of the plume when a source is presented; takes no simulated time
 
     def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> "LiveFilament":
         """Create the live air; draws the wind direction from `truth`."""

@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from hardware.air.grid import FieldSeries
 from oio.core.errors import BadInput
 from oio.core.folders import ROOT
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 AFTER_END = ("hold", "repeat")
 SPIN_UP_STEP_S = 0.1
@@ -32,13 +33,12 @@ class ImportedGas:
 
     name: str
     path: str  # an NPZ, a NetCDF, or GADEN's folder of results
-    frame_s: float  # of GADEN: time between two results; the other formats have their own times
-    begins_s: float  # how far into the recording a source opens: by then its plume should have developed
+    frame_s: Annotated[float, Within(1e-3, 1e4)]  # of GADEN: time between two results; the other formats have their own times
+    begins_s: Annotated[float, Within(0, 1e6)]  # how far into the recording a source opens: by then its plume should have developed
     after_end: str  # hold the last frame, or repeat from begins_s on
 
     def check(self) -> None:
-        """Refuse an unknown way to go on, and times out of range."""
-        in_range(self, frame_s=(1e-3, 1e4), begins_s=(0.0, 1e6))
+        """Refuse an unknown way to go on."""
         _check_after_end(self.after_end)
 
     def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> "LiveImportedGas":
@@ -83,16 +83,15 @@ class ImportedWind:
 
     name: str
     path: str  # an NPZ, a NetCDF, or GADEN's folder of results
-    frame_s: float  # of GADEN: time between two results
-    begins_s: float  # how far into the recording a source opens
+    frame_s: Annotated[float, Within(1e-3, 1e4)]  # of GADEN: time between two results
+    begins_s: Annotated[float, Within(0, 1e6)]  # how far into the recording a source opens
     after_end: str  # hold the last frame, or repeat from begins_s on
-    base_m: tuple[float, float, float]  # the arm's base in the frame of the file,
-    turned_deg: float  # and its x axis, counted from the file's
+    base_m: Annotated[tuple[float, float, float], Within(-1e3, 1e3)]  # the arm's base in the frame of the file,
+    turned_deg: Annotated[float, Within(-360, 360)]  # and its x axis, counted from the file's
     puffs: Filament  # its own mean wind is not used
 
     def check(self) -> None:
-        """Refuse an unknown way to go on, and times out of range."""
-        in_range(self, frame_s=(1e-3, 1e4), begins_s=(0.0, 1e6), turned_deg=(-360.0, 360.0))
+        """Refuse an unknown way to go on."""
         _check_after_end(self.after_end)
 
     def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> "LiveImportedWind":

@@ -3,12 +3,13 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from hardware.air.emitter import Emitter
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 
 @settings
@@ -16,12 +17,8 @@ class Steady:
     """Air without turbulence: analytic steady-state plume."""
 
     name: str
-    diffusivity_m2_s: float  # K
-    wind_m_s: tuple[float, float, float]  # U
-
-    def check(self) -> None:
-        """Refuse a diffusivity out of range."""
-        in_range(self, diffusivity_m2_s=(1e-6, 10.0))
+    diffusivity_m2_s: Annotated[float, Within(1e-6, 10)]  # K
+    wind_m_s: Annotated[tuple[float, float, float], Within(-10, 10)]  # U
 
     def open(self, truth: np.random.Generator, disturbance: np.random.Generator) -> "LiveSteady":
         """Create the live air; it is deterministic."""

@@ -7,6 +7,7 @@ import copy
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Annotated
 
 import mujoco
 import numpy as np
@@ -17,7 +18,7 @@ from hardware.simulation.world_changes import WorldChanges
 from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, GasSample, WorldSample, nanoseconds, seconds
 from oio.core.seeds import Seeds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.source import Source
 from oio.kinematics.arm import Arm
 from oio.kinematics.finite_differences import FiniteDifferences
@@ -38,20 +39,14 @@ class MujocoSim:
     source: Source
     world: WorldChanges
     safety: SafetyLimits
-    background_ppm: float
-    emission_ml_s: float
-    joint_period_s: float  # period of the logged joint states
-    air_every: int  # control ticks per step of the air
-    truth_every: int  # control ticks per logged truth
-    encoder_counts: int
-    gas_delay_s: float  # delay of a reading until it is stamped and sent, rounded up to a control tick
+    background_ppm: Annotated[float, Within(0, 1e6)]
+    emission_ml_s: Annotated[float, Within(0, 1e4)]
+    joint_period_s: Annotated[float, Within(0.002, 1)]  # period of the logged joint states
+    air_every: Annotated[int, Within(1, 100)]  # control ticks per step of the air
+    truth_every: Annotated[int, Within(1, 1000)]  # control ticks per logged truth
+    encoder_counts: Annotated[int, Within(16, 1 << 24)]
+    gas_delay_s: Annotated[float, Within(0, 10)]  # delay of a reading until it is stamped and sent, rounded up to a control tick
     seeds: Seeds
-
-    def check(self) -> None:
-        """Refuse periods and amounts out of range."""
-        in_range(self, joint_period_s=(0.002, 1.0), air_every=(1, 100), truth_every=(1, 1000), encoder_counts=(16, 1 << 24))
-        in_range(self, gas_delay_s=(0, 10))
-        in_range(self, emission_ml_s=(0, 1e4), background_ppm=(0, 1e6))
 
     @contextlib.contextmanager
     def open(self) -> Iterator["SimulatedWorld"]:

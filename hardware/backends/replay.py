@@ -5,11 +5,12 @@ import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Annotated
 
 from hardware.backends.replay_tape import ReplayTape
 from oio.core.errors import BadInput, WorldEnded
 from oio.core.records import Array, Event, WorldSample, nanoseconds, seconds
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.log import read_end, read_metadata, read_samples
 from oio.runtime.guarded_world import move_text
 
@@ -22,7 +23,7 @@ class Replay:
 
     log: str  # path of a finished log
     sensor: str  # name of the sensor whose YAML converts the raw samples
-    dof: int  # number of unlocked joints
+    dof: Annotated[int, Within(1, 100)]  # number of unlocked joints
 
     @contextlib.contextmanager
     def open(self) -> Iterator["ReplayedWorld"]:

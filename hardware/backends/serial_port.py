@@ -5,7 +5,7 @@ import math
 import os
 import sys
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from hardware.backends.live_world import LiveDevices, LiveWorld
 from hardware.drivers.noses.port import NosePort
@@ -20,7 +20,7 @@ from hardware.transport.mailbox import Mailbox
 from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.source import Source
 from oio.kinematics.arm import Arm
 from oio.motion.guard import SafetyLimits
@@ -42,13 +42,9 @@ class SerialPort:
     nose: NosePort
     arm: ArmPort
     valve: ValvePort
-    speed: float  # world seconds per host second: 1, except for emulators
-    queue: int  # largest number of samples waiting for the pipeline
-    reorder_s: float  # delay of joint states, waiting for older gas samples
-
-    def check(self) -> None:
-        """Refuse speeds and queues out of range."""
-        in_range(self, speed=(0.1, 100.0), queue=(10, 10**7), reorder_s=(0.0, 1.0))
+    speed: Annotated[float, Within(0.1, 100)]  # world seconds per host second: 1, except for emulators
+    queue: Annotated[int, Within(10, 10_000_000)]  # largest number of samples waiting for the pipeline
+    reorder_s: Annotated[float, Within(0, 1)]  # delay of joint states, waiting for older gas samples
 
     @contextlib.contextmanager
     def open(self) -> Iterator[LiveWorld]:

@@ -3,8 +3,9 @@
 import termios
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Annotated
 
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.doctor.finding import FAIL, PASS, WARN, Finding
 
 
@@ -12,9 +13,9 @@ from oio.doctor.finding import FAIL, PASS, WARN, Finding
 class Rates:
     """Bauds that the drivers need, where Linux lists latency timers, and the longest that is quick enough [ms]."""
 
-    bauds: tuple[int, ...]
+    bauds: Annotated[tuple[int, ...], Within(50, 4_000_000)]
     devices: str
-    latency_ms: int
+    latency_ms: Annotated[int, Within(1, 255)]
 
     def check(self) -> Finding:
         """FAIL if the system lacks a baud, WARN for a slow latency timer."""

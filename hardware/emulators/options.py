@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import yaml
 
@@ -10,7 +10,7 @@ from hardware.backends.mujoco_sim import MujocoSim
 from hardware.emulators.faults import Chance, Fault, kinds
 from hardware.emulators.faults import read as read_faults
 from oio.core.errors import BadInput
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 SENSORS = {"scd30": "ndir", "scd41": "pa", "line": "ec"}  # default sensor of each nose
 ALLOWED = {"nose": tuple(SENSORS), "arm": ("feetech", "dynamixel", "none"), "valve": ("line", "none")}
@@ -24,23 +24,21 @@ class EmulatorOptions:
     nose: str
     arm: str
     valve: str
-    speed: float
+    speed: Annotated[float, Within(0.1, 100)]
     out: str | None
     faults: str | None
-    fault_s: float
-    random_count: int
-    random_within_s: float
-    random_longest_s: float
+    fault_s: Annotated[float, Within(0.01, 3600)]
+    random_count: Annotated[int, Within(1, 100)]
+    random_within_s: Annotated[float, Within(0, 1e6)]
+    random_longest_s: Annotated[float, Within(0.01, 3600)]
     until_eof: bool
 
     def check(self) -> None:
-        """Refuse unknown devices and numbers out of range."""
+        """Refuse unknown devices."""
         for key, allowed in ALLOWED.items():
             given = getattr(self, key)
             if given not in allowed:
                 raise BadInput(f"{key}={given} was given, but {key} can be {', '.join(allowed)}. Type e.g. {EXAMPLE}.")
-        in_range(self, speed=(0.1, 100), fault_s=(0.01, 3600))
-        in_range(self, random_count=(1, 100), random_within_s=(0, 1e6), random_longest_s=(0.01, 3600))
 
     def schedule(self) -> tuple[Fault, ...]:
         """Return the fault schedule. Raises BadInput."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from itertools import product
+from typing import Annotated
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from hardware.recordings.data_folder import read_recording
 from hardware.recordings.delimited_text import TextFormat, read_table
 from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.errors import BadInput
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @settings
@@ -24,13 +25,13 @@ class Orebro3DSEN:
     origin: str  # download address of the files
     calibration: str  # run for `none` (before its release) and `beacon` (after)
     search: str  # run for `source`
-    x_m: tuple[float, float, float]
-    y_m: tuple[float, float, float]
-    z_m: tuple[float, float, float]
-    source_m: tuple[float, float, float]  # source position of both runs
-    release_s: float  # start of the release, on the file's clock
-    settle_s: float  # time skipped after that, while the gas spreads
-    release_end_s: float  # end of the release, on the file's clock
+    x_m: Annotated[tuple[float, float, float], Within(-1e3, 1e3)]
+    y_m: Annotated[tuple[float, float, float], Within(-1e3, 1e3)]
+    z_m: Annotated[tuple[float, float, float], Within(-1e3, 1e3)]
+    source_m: Annotated[tuple[float, float, float], Within(-1e3, 1e3)]  # source position of both runs
+    release_s: Annotated[float, Within(0, 1e6)]  # start of the release, on the file's clock
+    settle_s: Annotated[float, Within(0, 1e6)]  # time skipped after that, while the gas spreads
+    release_end_s: Annotated[float, Within(0, 1e6)]  # end of the release, on the file's clock
 
     def check(self) -> None:
         """Refuse times that leave no rows to play."""

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from typing import Annotated
 
 from hardware.recordings.data_folder import read_recording
 from hardware.recordings.delimited_text import TextFormat, read_table
 from hardware.recordings.recording_parts import Part, RecordedRows
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @settings
@@ -18,9 +19,9 @@ class Scd30Windows:
     origin: str  # download address of the file
     columns: tuple[str, ...]  # one per element of the alternating pair
     climate_columns: tuple[str, str]
-    saturated_ppm: float
-    warm_up_max_s: float  # time-outs of the stages, which take them from here
-    baseline_max_s: float
+    saturated_ppm: Annotated[float, Within(1e-3, 1e9)]
+    warm_up_max_s: Annotated[float, Within(0.1, 1e7)]  # time-outs of the stages, which take them from here
+    baseline_max_s: Annotated[float, Within(0.1, 1e7)]
 
     def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or unusable."""

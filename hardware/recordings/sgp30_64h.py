@@ -1,6 +1,7 @@
 """Loader of MOX-Compensation-SGP30 (github.com/TUG-EIP): raw signals of an SGP30 (metal oxide) in a lived-in room, 64 h, every 10 s."""
 
 from collections.abc import Mapping
+from typing import Annotated
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from hardware.recordings.data_folder import read_recording
 from hardware.recordings.delimited_text import TextFormat, read_table
 from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.errors import BadInput
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 TICKS_PER_E_FOLD = 512.0  # Sensirion: ln(c / c_ref) = (s_ref - s) / 512
 
@@ -26,11 +27,11 @@ class Sgp30:
     columns: tuple[str, ...]  # raw signals, one per element of the alternating pair
     climate_columns: tuple[str, str]
     unit: str
-    reference_ticks: tuple[float, ...]  # s_ref of each column
-    reference_ppm: tuple[float, ...]  # c_ref of each column
-    saturated_ticks: float
-    warm_up_max_s: float  # time-outs of the stages, which take them from here
-    baseline_max_s: float
+    reference_ticks: Annotated[tuple[float, ...], Within(1, 65535)]  # s_ref of each column
+    reference_ppm: Annotated[tuple[float, ...], Within(1e-6, 1e6)]  # c_ref of each column
+    saturated_ticks: Annotated[float, Within(1, 65535)]
+    warm_up_max_s: Annotated[float, Within(0.1, 1e7)]  # time-outs of the stages, which take them from here
+    baseline_max_s: Annotated[float, Within(0.1, 1e7)]
 
     def check(self) -> None:
         """Refuse another unit, and references that do not fit the columns."""

@@ -2,12 +2,12 @@
 
 import re
 from collections.abc import Mapping
+from typing import Annotated
 
 from hardware.recordings.data_folder import read_recording
 from hardware.recordings.delimited_text import TextFormat, read_table
 from hardware.recordings.recording_parts import Part, RecordedRows
-from oio.core.errors import BadInput
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 ROW = "row number"  # the column that takes the place of time stamps
 
@@ -21,15 +21,10 @@ class SmellNet:
     origin: str  # download address of the file
     columns: tuple[str, ...]  # one per element of the alternating pair
     climate_columns: tuple[str, str]
-    period_s: float  # between rows
-    saturated_counts: float
-    warm_up_max_s: float  # time-outs of the stages, which take them from here
-    baseline_max_s: float
-
-    def check(self) -> None:
-        """Refuse rows that take no time."""
-        if not 1e-3 <= self.period_s <= 1e5:
-            raise BadInput(f"recording.period_s is {self.period_s:g}, but it is 0.001 to 100000 s. Type recording.period_s=1.")
+    period_s: Annotated[float, Within(1e-3, 1e5)]  # between rows
+    saturated_counts: Annotated[float, Within(1, 1e12)]
+    warm_up_max_s: Annotated[float, Within(0.1, 1e7)]  # time-outs of the stages, which take them from here
+    baseline_max_s: Annotated[float, Within(0.1, 1e7)]
 
     def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or unusable."""

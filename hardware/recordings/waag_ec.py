@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from datetime import datetime
+from typing import Annotated
 
 from hardware.recordings.data_folder import read_recording
 from hardware.recordings.delimited_text import TextFormat, read_table
 from hardware.recordings.recording_parts import Part, RecordedRows
-from oio.core.errors import BadInput
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @settings
@@ -18,15 +18,10 @@ class WaagEc:
     file: str  # below OIO_DATA
     origin: str  # download address of the file
     columns: tuple[str, ...]  # cells, one per element of the alternating pair
-    ug_m3_per_ppm: float
-    saturated_ug_m3: float
-    warm_up_max_s: float  # time-outs of the stages, which take them from here
-    baseline_max_s: float
-
-    def check(self) -> None:
-        """Refuse a conversion that is none."""
-        if self.ug_m3_per_ppm <= 0.0:
-            raise BadInput(f"recording.ug_m3_per_ppm is {self.ug_m3_per_ppm:g}, but greater than 0 is needed. Type e.g. =1913.")
+    ug_m3_per_ppm: Annotated[float, Within(1e-3, 1e7)]
+    saturated_ug_m3: Annotated[float, Within(1e-3, 1e9)]
+    warm_up_max_s: Annotated[float, Within(0.1, 1e7)]  # time-outs of the stages, which take them from here
+    baseline_max_s: Annotated[float, Within(0.1, 1e7)]
 
     def load(self) -> RecordedRows:
         """Read the file; raises BadInput if it is missing or unusable."""

@@ -1,20 +1,21 @@
 """Amperometric electrochemical cell behind a potentiostat (LMP91000): V = V_zero + I R_TIA, I = S C; ppm = (V - V_zero) / (R_TIA S)."""
 
 import math
+from typing import Annotated
 
 from hardware.sensors.nose import Nose
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @settings
 class Electrochemical(Nose):
     """Electrochemical cell of known sensitivity with a transimpedance amplifier and an ADC; the raw value is in counts."""
 
-    sensitivity_na_ppm: float  # S [nA/ppm]
-    r_tia_ohm: float  # feedback resistor of the transimpedance amplifier
-    v_ref: float  # reference voltage = full scale of the ADC [V]
-    v_zero_fraction: float  # internal zero as a fraction of v_ref: 0.2, 0.5 or 0.67
-    adc_bits: int
+    sensitivity_na_ppm: Annotated[float, Within(1e-3, 1e6)]  # S [nA/ppm]
+    r_tia_ohm: Annotated[float, Within(1, 1e9)]  # feedback resistor of the transimpedance amplifier
+    v_ref: Annotated[float, Within(0.1, 20)]  # reference voltage = full scale of the ADC [V]
+    v_zero_fraction: Annotated[float, Within(0, 0.99)]  # internal zero as a fraction of v_ref: 0.2, 0.5 or 0.67
+    adc_bits: Annotated[int, Within(4, 32)]
 
     @property
     def counts_per_ppm(self) -> float:

@@ -1,21 +1,22 @@
 """Metal oxide (MOX) sensor in a voltage divider: Rs = R0 A C^-B, V = V_cc R_L / (R_L + Rs). MQ and MiCS are two YAMLs of this file."""
 
 import math
+from typing import Annotated
 
 from hardware.sensors.nose import Nose
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @settings
 class MetalOxide(Nose):
     """Resistive sensor; the raw value is in counts of the divider voltage. `spread` is in ln(resistance)."""
 
-    r0_ohm: float  # reference resistance of the law
-    law_a: float  # A in Rs/R0 = A C^-B, C in ppm
-    law_b: float  # B
-    air_ppm: float  # concentration at which the law gives the resistance in clean air [ppm]
-    load_ohm: float  # load resistor of the divider, low side
-    adc_bits: int
+    r0_ohm: Annotated[float, Within(1, 1e9)]  # reference resistance of the law
+    law_a: Annotated[float, Within(1e-6, 1e6)]  # A in Rs/R0 = A C^-B, C in ppm
+    law_b: Annotated[float, Within(0.01, 10)]  # B
+    air_ppm: Annotated[float, Within(1e-6, 1e6)]  # concentration at which the law gives the resistance in clean air [ppm]
+    load_ohm: Annotated[float, Within(1, 1e9)]  # load resistor of the divider, low side
+    adc_bits: Annotated[int, Within(4, 32)]
 
     @property
     def highest_raw(self) -> float:

@@ -2,30 +2,26 @@
 
 import math
 from abc import ABC, abstractmethod
+from typing import Annotated
 
 import numpy as np
 
 from hardware.simulation.specimen import Climate, Specimen, Spread
 from oio.core.errors import BadInput
 from oio.core.records import GasReading, GasSample
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 
 @settings
 class Dynamics:
     """Timing of one profile (`paper` or `datasheet`)."""
 
-    sample_s: float  # sampling period of the alternating pair [s]
-    update_s: float  # update period of one element [s]; polling faster repeats the last value
-    tau_rise_s: float  # first-order lag when the concentration rises [s]
-    tau_fall_s: float  # first-order lag when it falls [s]
-    warm_up_tau_s: float  # time constant of the switch-on transient [s]
-    powered_for_s: float  # time the sensor was already on when the world opens [s]
-
-    def check(self) -> None:
-        """Refuse times out of range."""
-        in_range(self, sample_s=(0.02, 600), update_s=(0.02, 600), tau_rise_s=(1e-3, 3600), tau_fall_s=(1e-3, 3600))
-        in_range(self, warm_up_tau_s=(1e-3, 1e6), powered_for_s=(0, 1e9))
+    sample_s: Annotated[float, Within(0.02, 600)]  # sampling period of the alternating pair [s]
+    update_s: Annotated[float, Within(0.02, 600)]  # update period of one element [s]; polling faster repeats the last value
+    tau_rise_s: Annotated[float, Within(1e-3, 3600)]  # first-order lag when the concentration rises [s]
+    tau_fall_s: Annotated[float, Within(1e-3, 3600)]  # first-order lag when it falls [s]
+    warm_up_tau_s: Annotated[float, Within(1e-3, 1e6)]  # time constant of the switch-on transient [s]
+    powered_for_s: Annotated[float, Within(0, 1e9)]  # time the sensor was already on when the world opens [s]
 
 
 @settings
@@ -34,28 +30,20 @@ class Nose(ABC):
 
     name: str
     gas: str  # target gas
-    elements: int  # 1, or 2 that are sampled alternately
-    background_ppm: float  # background concentration of that gas in the room [ppm]
-    emission_ml_s: float  # emission rate of a source, pure gas [ml/s] (1 ml/s is 1 ppm m^3/s)
-    accuracy_ppm: float  # standard uncertainty of an uncalibrated reading in clean air
-    resolution_ppm: float  # white noise of one reading in clean air
-    settled_ppm_per_min: float  # slope below which warm-up is over
-    no_value: tuple[tuple[float, float], ...]  # ranges of raw values, ends included, that mean `no measurement`
+    elements: Annotated[int, Within(1, 2)]  # 1, or 2 that are sampled alternately
+    background_ppm: Annotated[float, Within(0, 1e6)]  # background concentration of that gas in the room [ppm]
+    emission_ml_s: Annotated[float, Within(0, 1e4)]  # emission rate of a source, pure gas [ml/s] (1 ml/s is 1 ppm m^3/s)
+    accuracy_ppm: Annotated[float, Within(0, 1e6)]  # standard uncertainty of an uncalibrated reading in clean air
+    resolution_ppm: Annotated[float, Within(1e-9, 1e6)]  # white noise of one reading in clean air
+    settled_ppm_per_min: Annotated[float, Within(1e-9, 1e6)]  # slope below which warm-up is over
+    # no_value: ranges of raw values, ends included, that mean `no measurement`
+    no_value: Annotated[tuple[tuple[float, float], ...], Within(-1e12, 1e12)]
     dynamics: Dynamics
     spread: Spread
     climate: Climate
 
     def check(self) -> None:
-        """Refuse an invalid number of elements and amounts out of range."""
-        in_range(
-            self,
-            elements=(1, 2),
-            background_ppm=(0, 1e6),
-            emission_ml_s=(0, 1e4),
-            accuracy_ppm=(0, 1e6),
-            resolution_ppm=(1e-9, 1e6),
-            settled_ppm_per_min=(1e-9, 1e6),
-        )
+        """Refuse ranges of no_value whose ends are swapped."""
         for low, high in self.no_value:
             if low > high:
                 raise BadInput(

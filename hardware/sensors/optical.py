@@ -1,17 +1,18 @@
 """Optical carbon dioxide sensors: NDIR (SCD30) and photoacoustic (SCD41). Both are linearised internally and report ppm."""
 
 import math
+from typing import Annotated
 
 from hardware.sensors.nose import Nose
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @settings
 class Optical(Nose):
     """Sensor whose raw value is ppm, rounded to `step_ppm`."""
 
-    step_ppm: float  # resolution on the wire
-    full_ppm: float  # end of the scale
+    step_ppm: Annotated[float, Within(1e-6, 1e4)]  # resolution on the wire
+    full_ppm: Annotated[float, Within(1, 1e6)]  # end of the scale
 
     @property
     def highest_raw(self) -> float:

@@ -6,34 +6,34 @@ warm-up transient, temperature, humidity, noise -> quantisation -> raw.
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @settings
 class Spread:
     """Spread between specimens, drift and noise. `signal` is ppm for linear laws and ln(resistance) for metal oxides."""
 
-    gain: float  # 1-sigma of ln(sensitivity) between specimens
-    bias: float  # 1-sigma of the offset [signal]
-    tau: float  # 1-sigma of ln(lag) between specimens
-    drift_per_sqrt_h: float  # random walk [signal / sqrt(h)]
-    warm_up: float  # amplitude of the switch-on transient [signal]
-    noise: float  # white noise per value [signal]
-    per_degc: float  # temperature coefficient [signal / degC]
-    per_pct_rh: float  # humidity coefficient [signal / %RH]
+    gain: Annotated[float, Within(0, 3)]  # 1-sigma of ln(sensitivity) between specimens
+    bias: Annotated[float, Within(0, 1e6)]  # 1-sigma of the offset [signal]
+    tau: Annotated[float, Within(0, 3)]  # 1-sigma of ln(lag) between specimens
+    drift_per_sqrt_h: Annotated[float, Within(0, 1e6)]  # random walk [signal / sqrt(h)]
+    warm_up: Annotated[float, Within(-1e6, 1e6)]  # amplitude of the switch-on transient [signal]
+    noise: Annotated[float, Within(0, 1e6)]  # white noise per value [signal]
+    per_degc: Annotated[float, Within(-1e4, 1e4)]  # temperature coefficient [signal / degC]
+    per_pct_rh: Annotated[float, Within(-1e4, 1e4)]  # humidity coefficient [signal / %RH]
 
 
 @settings
 class Climate:
     """Room climate: slow swings of temperature and humidity about their values at calibration."""
 
-    temperature_swing_degc: float
-    humidity_swing_pct: float
-    period_s: float
+    temperature_swing_degc: Annotated[float, Within(0, 50)]
+    humidity_swing_pct: Annotated[float, Within(0, 100)]
+    period_s: Annotated[float, Within(1, 1e7)]
 
 
 class Timing(Protocol):

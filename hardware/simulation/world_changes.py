@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from hardware.air.bodies import Box, Plane
 from hardware.air.emitter import SHAPES, Emitter, Release, Shape
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 BEGINS = ("search", "start")
 SIDES = ("behind", "in_front", "left", "right", "above", "below")
@@ -32,56 +33,43 @@ class WorldChanges:
 
     name: str
     begins: str  # search: when the source to be found opens; start: already in calibration
-    walls_m: dict[str, float | None]  # side: distance of a wall from the source; null: none
-    wall_reflects: float
-    box_low_m: tuple[float, float, float] | None  # corners of a box: towards behind, left, above
-    box_high_m: tuple[float, float, float] | None
-    box_transmits: float
+    walls_m: Annotated[dict[str, float | None], Within(1e-4, 10)]  # side: distance of a wall from the source; null: none
+    wall_reflects: Annotated[float, Within(0, 1)]
+    box_low_m: Annotated[tuple[float, float, float] | None, Within(-10, 10)]  # corners of a box: towards behind, left, above
+    box_high_m: Annotated[tuple[float, float, float] | None, Within(-10, 10)]
+    box_transmits: Annotated[float, Within(0, 1)]
     table: bool
-    arm_radius_m: float  # radius of the arm's links, which cast a shadow; 0: none
-    arm_transmits: float
-    further_offsets_m: tuple[tuple[float, float, float], ...]  # of further sources: behind, left, above
-    further_strengths: tuple[float, ...]  # over that of the source
-    strength_factor: float  # of all sources
-    puffs_per_s: float | None
+    arm_radius_m: Annotated[float, Within(0, 1)]  # radius of the arm's links, which cast a shadow; 0: none
+    arm_transmits: Annotated[float, Within(0, 1)]
+    further_offsets_m: Annotated[tuple[tuple[float, float, float], ...], Within(-10, 10)]  # of further sources: behind, left, above
+    further_strengths: Annotated[tuple[float, ...], Within(1e-6, 1e6)]  # over that of the source
+    strength_factor: Annotated[float, Within(1e-6, 1e6)]  # of all sources
+    puffs_per_s: Annotated[float | None, Within(0.1, 500)]
     shape: str
-    size_m: float
-    shape_axis: tuple[float, float, float]
-    starts_s: float
-    fade_s: float | None
-    pulse_s: float | None
-    pulse_duty: float
-    background_step_ppm: float
-    background_step_s: float
-    background_ramp_ppm_per_min: float
-    wind: tuple[tuple[float, float, float, float], ...]  # see WIND
-    meander_m_s: float | None
-    meander_s: float
-    nose_offset_m: tuple[float, float, float]  # in the frame of the nose site
-    drift_factor: float
-    lag_factor: float
-    climate_factor: float  # of the swings of temperature and humidity
-    backlash_deg: float | None
+    size_m: Annotated[float, Within(0, 1)]
+    shape_axis: Annotated[tuple[float, float, float], Within(-1e3, 1e3)]
+    starts_s: Annotated[float, Within(0, 1e6)]
+    fade_s: Annotated[float | None, Within(0.1, 1e7)]
+    pulse_s: Annotated[float | None, Within(0.01, 1e5)]
+    pulse_duty: Annotated[float, Within(0.01, 1)]
+    background_step_ppm: Annotated[float, Within(-1e6, 1e6)]
+    background_step_s: Annotated[float, Within(0, 1e6)]
+    background_ramp_ppm_per_min: Annotated[float, Within(-1e5, 1e5)]
+    wind: Annotated[tuple[tuple[float, float, float, float], ...], Within(-1e6, 1e6)]  # see WIND
+    meander_m_s: Annotated[float | None, Within(0, 5)]
+    meander_s: Annotated[float, Within(0.01, 1e4)]
+    nose_offset_m: Annotated[tuple[float, float, float], Within(-1, 1)]  # in the frame of the nose site
+    drift_factor: Annotated[float, Within(0, 1e3)]
+    lag_factor: Annotated[float, Within(0.01, 100)]
+    climate_factor: Annotated[float, Within(0, 1e3)]  # of the swings of temperature and humidity
+    backlash_deg: Annotated[float | None, Within(0, 20)]
 
     def check(self) -> None:
-        """Raise BadInput for values out of range, unknown words, and lists that do not match."""
+        """Raise BadInput for unknown words, and lists that do not match."""
         self._check_word("begins", self.begins, BEGINS)
         self._check_word("shape", self.shape, SHAPES)
-        for side, distance in self.walls_m.items():
+        for side in self.walls_m:
             self._check_word("walls_m", side, SIDES)
-            if distance is not None and not 0.0 < distance <= 10.0:
-                raise BadInput(f"world.walls_m.{side} is {distance:g}, but 0 to 10 m is allowed. Type e.g. world.walls_m.{side}=0.05.")
-        in_range(self, wall_reflects=(0, 1), box_transmits=(0, 1), arm_transmits=(0, 1), arm_radius_m=(0, 1), size_m=(0, 1))
-        in_range(self, starts_s=(0, 1e6), pulse_duty=(0.01, 1), meander_s=(0.01, 1e4), drift_factor=(0, 1e3), lag_factor=(0.01, 100))
-        in_range(self, strength_factor=(1e-6, 1e6), climate_factor=(0, 1e3))
-        in_range(self, background_step_ppm=(-1e6, 1e6), background_step_s=(0, 1e6), background_ramp_ppm_per_min=(-1e5, 1e5))
-        optional = {
-            "fade_s": (0.1, 1e7), "pulse_s": (0.01, 1e5), "meander_m_s": (0.0, 5.0), "backlash_deg": (0.0, 20.0),
-            "puffs_per_s": (0.1, 500.0),
-        }  # fmt: skip
-        for key, allowed in optional.items():
-            if getattr(self, key) is not None:
-                in_range(self, **{key: allowed})
         self._check_lists()
 
     def _check_word(self, key: str, word: str, allowed: tuple[str, ...]) -> None:
@@ -89,10 +77,10 @@ class WorldChanges:
             raise BadInput(f"world.{key} has '{word}', but it can be {', '.join(allowed[:-1])} or {allowed[-1]}. Type e.g. {allowed[0]}.")
 
     def _check_lists(self) -> None:
-        if len(self.further_offsets_m) != len(self.further_strengths) or any(s <= 0 for s in self.further_strengths):
+        if len(self.further_offsets_m) != len(self.further_strengths):
             raise BadInput(
                 f"world.further_offsets_m has {len(self.further_offsets_m)} entries and world.further_strengths is "
-                f"{list(self.further_strengths)}, but every further source needs both, and a strength above 0. "
+                f"{list(self.further_strengths)}, but every further source needs both. "
                 f"Type e.g. world.further_offsets_m=[[0,0.15,0]] world.further_strengths=[0.6]."
             )
         if (self.box_low_m is None) != (self.box_high_m is None) or not np.all(np.less(self.box_low_m or 0.0, self.box_high_m or 1.0)):

@@ -1,10 +1,10 @@
 """The protocol of a device driver, and how long to wait for a device."""
 
 from collections import Counter
-from typing import Protocol
+from typing import Annotated, Protocol
 
 from hardware.transport.port import Wire
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 Counts = Counter[str]
 
@@ -13,15 +13,11 @@ Counts = Counter[str]
 class Timeouts:
     """Time-outs and back-off of a device connection [s]."""
 
-    connect_s: float  # until the first answer, when the world opens
-    receive_s: float  # without an answer, after which the port is reopened
-    reconnect_s: float  # without an answer, after which the run ends
-    backoff_s: float  # before the first retry; doubled before each further one,
-    backoff_max_s: float  # up to this maximum
-
-    def check(self) -> None:
-        """Refuse time-outs that are infinite or zero."""
-        in_range(self, connect_s=(0.1, 600), receive_s=(0.05, 600), reconnect_s=(0, 3600), backoff_s=(0.01, 10), backoff_max_s=(0.01, 60))
+    connect_s: Annotated[float, Within(0.1, 600)]  # until the first answer, when the world opens
+    receive_s: Annotated[float, Within(0.05, 600)]  # without an answer, after which the port is reopened
+    reconnect_s: Annotated[float, Within(0, 3600)]  # without an answer, after which the run ends
+    backoff_s: Annotated[float, Within(0.01, 10)]  # before the first retry; doubled before each further one,
+    backoff_max_s: Annotated[float, Within(0.01, 60)]  # up to this maximum
 
 
 class Driver(Protocol):

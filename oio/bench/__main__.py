@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable
 
 from oio.cli import startup
+from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
@@ -54,4 +55,4 @@ def _help() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

@@ -3,10 +3,12 @@
 from typing import Any
 
 import numpy as np
+from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from oio.cli.experiment import Experiment
+from oio.cli.typed_keys import named
 from oio.cli.unread_keys import refuse_unread
 from oio.core.errors import BadInput
 from oio.procedure.procedure import Procedure
@@ -22,6 +24,17 @@ _BUILT: dict[str, Any] = {}
 
 def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Experiment:
     """Build the experiment of a configuration; all frozen, no I/O. Raises BadInput, or what Hydra raises, for anything wrong."""
+    plain = OmegaConf.to_container(cfg, resolve=False)  # before Hydra resolves it
+    try:
+        return _build(cfg, choices, overrides)
+    except InstantiationException as error:
+        known = named(error, plain)
+        if known is None:
+            raise
+        raise known from error
+
+
+def _build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Experiment:
     missing = sorted(OmegaConf.missing_keys(cfg))
     if missing:
         raise BadInput(f"{missing[0]} has no value. Type {missing[0]}=VALUE.")
@@ -48,6 +61,7 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
         "world": world,
         "sensor_serial": cfg.sensor_serial,
     }
+    _refuse_repeated(overrides)
     stages = _stages(cfg)
     if not stages:
         raise BadInput("stage=[] was given, but at least one stage is needed. Type e.g. stage=[warm_up,baseline].")
@@ -60,6 +74,16 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     )  # fmt: skip
     check_order(experiment.stages)
     return experiment
+
+
+def _refuse_repeated(overrides: list[str]) -> None:
+    """Refuse a stage that is typed twice: the composition has room for one of a name, and it would run once without a word."""
+    for typed in (word for word in overrides if word.startswith("stage=[")):
+        names = [name.strip(" '\"") for name in typed.removeprefix("stage=[").rstrip("]").split(",")]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice:
+            example = f"stage=[{','.join(dict.fromkeys(names))}]"
+            raise BadInput(f"{typed} was given, but {twice} can run once in a run. Type {example}, and repeat the run for another one.")
 
 
 def _label(given: object) -> str | None:

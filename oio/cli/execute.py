@@ -3,12 +3,13 @@
 import time
 import traceback
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
 from oio.cli.attendant import performance
 from oio.cli.experiment import Experiment
+from oio.cli.io_errors import FULL, disk_full
 from oio.cli.live_panel import LivePanel
 from oio.cli.reproducible import devices_of, provenance, reproducible
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
@@ -66,6 +67,11 @@ def execute(
             if isinstance(error, KeyboardInterrupt) or interrupt.asked():
                 folder.status("interrupted", STOPPED)
                 raise KeyboardInterrupt from error
+            if isinstance(error, OSError) and error.errno in FULL:
+                full = disk_full(error, out)
+                with suppress(OSError):  # it may not take this either
+                    folder.status("failed", str(full))
+                raise full from error
             folder.status("failed", str(error) if isinstance(error, OioError) else repr(error), traceback.format_exc())
             raise
         folder.status("done")

@@ -11,6 +11,7 @@ from hydra.errors import CompactHydraException, InstantiationException, MissingC
 from omegaconf.errors import ConfigKeyError, InterpolationKeyError, OmegaConfBaseException
 
 from oio.cli.help import choices
+from oio.cli.io_errors import io_error
 from oio.cli.known_keys import nearest, owner
 from oio.cli.renamed_keys import renamed
 from oio.core.errors import BadInput, OioError
@@ -35,6 +36,9 @@ def known_error(error: BaseException, conf: Path) -> OioError | None:
     for cause in _causes(error):
         if isinstance(cause, OioError):
             return cause if cause is error else type(cause)(_with_key(str(cause), str(error)))
+    of_files = next(filter(None, map(io_error, _causes(error) if isinstance(error, FOREIGN) else [error])), None)
+    if of_files is not None:
+        return of_files
     if isinstance(error, FOREIGN):
         return BadInput(_paragraph(error, conf))
     if isinstance(error, ValueError) and str(error).startswith(NO_WORD):

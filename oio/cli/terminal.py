@@ -9,13 +9,20 @@ from rich.console import Console
 UNLIMITED = 400  # columns of a file or a pipe: nothing is gained by a narrow table there
 
 
+class _Console(Console):
+    """A console that leaves it to the command what to do where nobody reads."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
 def console(**settings: Any) -> Console:
     """Return a console of standard output (`stderr=True`: of standard error) as wide as its terminal, COLUMNS, or what a file allows.
 
     With NO_COLOR (no-color.org) it prints no escape sequence at all. `settings` are those of `rich.console.Console`.
     """
     plain = {"color_system": None, "force_terminal": False} if no_color() else {}
-    made = Console(**{**settings, **plain})
+    made = _Console(**{**settings, **plain})
     if not made.file.isatty() and not ({"width", "force_terminal"} & set(settings)) and not os.environ.get("COLUMNS", "").isdigit():
         made.width = UNLIMITED
     return made

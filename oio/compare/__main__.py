@@ -8,6 +8,7 @@ from oio.compare.comparison import compare
 from oio.compare.display import show
 from oio.compare.files import refuse_unwritable, save
 from oio.core.errors import BadInput
+from oio.core.standard_output import ended
 from oio.results.calibration_entries import read_calibration
 
 AGREE, DIFFER = 0, 3  # 2, bad input, is BadInput.exit_code and argparse's own
@@ -51,4 +52,4 @@ def _parser() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

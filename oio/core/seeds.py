@@ -1,23 +1,20 @@
 """Random streams: truth, disturbance and measurement are independent, so the same truth can be measured with other noise or turbulence."""
 
 import zlib
+from typing import Annotated
 
 import numpy as np
 
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 
 @settings
 class Seeds:
     """Seeds of the three streams; by default all are `seed`, and the streams are independent of each other all the same."""
 
-    truth: int  # places, strengths, wind, spread of specimens, encoder drift
-    disturbance: int  # turbulence
-    measurement: int  # sensor noise
-
-    def check(self) -> None:
-        """Refuse negative seeds."""
-        in_range(self, truth=(0, 2**63), disturbance=(0, 2**63), measurement=(0, 2**63))
+    truth: Annotated[int, Within(0, 2**63)]  # places, strengths, wind, spread of specimens, encoder drift
+    disturbance: Annotated[int, Within(0, 2**63)]  # turbulence
+    measurement: Annotated[int, Within(0, 2**63)]  # sensor noise
 
     def rng(self, stream: str, purpose: str) -> np.random.Generator:
         """The generator of one purpose in one stream; a new purpose does not shift the numbers of another."""

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import operator
 import typing
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, dataclass_transform
@@ -10,23 +11,32 @@ from beartype.door import die_if_unbearable
 from beartype.roar import BeartypeDoorHintViolation
 
 from oio.core.errors import BadInput
+from oio.core.ranges import Within as Within
+from oio.core.ranges import refuse_outside, within
+from oio.core.type_words import words
 
 T = TypeVar("T")
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def settings(cls: type[T]) -> type[T]:
-    """Make `cls` a settings class: every field is required, checked against its annotation, finite, and frozen.
+    """Make `cls` a settings class: every field is required, checked against its annotation and range, finite, and frozen.
 
-    A class may define `check(self) -> None` for ranges; it raises `BadInput` naming the field. An int is accepted
-    where a float is annotated (YAML writes `1` for `1.0`) and converted; a list where a tuple is annotated likewise.
+    A range is declared in the annotation: `Annotated[float, Within(0.1, 60)]`; of a tuple or a mapping it is that of every number
+    inside. A class may define `check(self) -> None` for what a range cannot say; it raises `BadInput` naming the field. An int is
+    accepted where a float is annotated (YAML writes `1` for `1.0`) and converted; a list where a tuple is annotated likewise.
     """
-    hints = typing.get_type_hints(cls)
+    hints, extras = typing.get_type_hints(cls), typing.get_type_hints(cls, include_extras=True)
     fields = [name for name, hint in hints.items() if typing.get_origin(hint) is not typing.ClassVar]
+    ranges = {name: allowed for name in fields if (allowed := within(extras[name])) is not None}
 
     def __post_init__(self: Any) -> None:
         for name in fields:
-            object.__setattr__(self, name, _checked(f"{cls.__name__}.{name}", getattr(self, name), hints[name]))
+            key = f"{cls.__name__}.{name}"
+            value = _checked(key, getattr(self, name), hints[name])
+            if name in ranges:
+                refuse_outside(key, value, ranges[name])
+            object.__setattr__(self, name, value)
         check: Callable[[], None] | None = getattr(self, "check", None)
         if check is not None:
             check()
@@ -47,22 +57,29 @@ def _checked(name: str, value: Any, hint: Any) -> Any:
     try:
         die_if_unbearable(value, hint)
     except BeartypeDoorHintViolation:
-        raise BadInput(f"{name} is {value!r}, but its type must be {_words(hint)}.") from None
+        raise BadInput(f"{name} is {_yaml(value)}, but it must be {words(hint)}.") from None
     return value
+
+
+def _yaml(value: Any) -> str:
+    """A value as one types it, but a text in quotes; at most about a line of it."""
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_yaml, value))}]"[:100]
+    return "null" if value is None else str(value).lower() if isinstance(value, bool) else repr(value)[:100]
 
 
 def _refuse_infinite(name: str, value: Any) -> None:
     if isinstance(value, float) and not math.isfinite(value):
-        raise BadInput(f"{name} is {value}, but a finite number is needed. Give one, e.g. 1.0.")
+        raise BadInput(f"{name} is {value}, but a finite number is needed.")
     inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, tuple | list) else ()
     for key, entry in inside:
-        _refuse_infinite(f"{name}[{key}]", entry)
+        _refuse_infinite(f"{name}[{key}]" if isinstance(value, tuple | list) else f"{name}.{key}", entry)
 
 
 def _converted(value: Any, hint: Any) -> Any:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if float in (hint, *arguments) and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
+        return float(value) if abs(value) < 10**300 else math.inf
     if origin is tuple and isinstance(value, Sequence) and not isinstance(value, str):
         inner = arguments[0] if arguments else Any
         return tuple(_converted(v, inner) for v in value)
@@ -74,13 +91,8 @@ def _converted(value: Any, hint: Any) -> Any:
     return value
 
 
-def _words(hint: Any) -> str:
-    return hint.__name__ if isinstance(hint, type) else str(hint).replace("typing.", "")
-
-
-def in_range(owner: object, **bounds: tuple[float, float]) -> None:
-    """Refuse a field of `owner` outside its closed range, e.g. `in_range(self, dwell_s=(0.1, 60.0))`."""
-    for name, (low, high) in bounds.items():
-        value = getattr(owner, name)
-        if not low <= value <= high:
-            raise BadInput(f"{type(owner).__name__}.{name} is {value:g}, but {low:g} to {high:g} is allowed.")
+def refuse_below(owner: object, name: str, least: str) -> None:
+    """Refuse a field of `owner` that is less than another one, e.g. `refuse_below(self, "step", "min_step")`; dots go deeper."""
+    value, low = operator.attrgetter(name, least)(owner)
+    if value < low:
+        raise BadInput(f"{type(owner).__name__}.{name} is {value:g}, but it must be at least {least}, which is {low:g}.")

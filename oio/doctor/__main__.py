@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 
 from oio.cli import startup
+from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
@@ -46,4 +47,4 @@ def _checks() -> Iterator[Check]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

@@ -4,8 +4,9 @@ import shutil
 import subprocess
 import time
 from dataclasses import dataclass
+from typing import Annotated
 
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.doctor.finding import FAIL, PASS, WARN, Finding
 
 ASK_S = 2.0  # for the state of NTP
@@ -24,9 +25,9 @@ class Clocks:
 class Clock:
     """Limits of the clocks, and how long they are watched."""
 
-    resolution_s: float
-    jump_s: float
-    watch_s: float
+    resolution_s: Annotated[float, Within(1e-9, 1)]
+    jump_s: Annotated[float, Within(1e-6, 60)]
+    watch_s: Annotated[float, Within(0, 60)]
 
     def check(self) -> Finding:
         """FAIL for a coarse monotonic clock; WARN for a wall clock that jumps, or that nothing sets."""

@@ -2,9 +2,10 @@
 
 import os
 from pathlib import Path
+from typing import Annotated
 
 from oio.core.compiled import cache_folder
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.doctor.finding import FAIL, PASS, WARN, Finding
 
 
@@ -12,7 +13,7 @@ from oio.doctor.finding import FAIL, PASS, WARN, Finding
 class CompileCache:
     """How long it takes to fill the cache [s]."""
 
-    compile_s: float
+    compile_s: Annotated[float, Within(0, 3600)]
 
     def check(self) -> Finding:
         """FAIL if the cache cannot be written, WARN if it is cold."""

@@ -3,8 +3,9 @@
 import os
 import shutil
 from pathlib import Path
+from typing import Annotated
 
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.doctor.finding import FAIL, PASS, WARN, Finding
 
 MB = 1e6
@@ -14,8 +15,8 @@ MB = 1e6
 class Disk:
     """What a run and a sweep take [MB]."""
 
-    run_mb: float
-    sweep_mb: float
+    run_mb: Annotated[float, Within(0, 1e6)]
+    sweep_mb: Annotated[float, Within(0, 1e9)]
 
     def check(self) -> Finding:
         """FAIL if a run does not fit or nothing may be written, WARN if a sweep does not fit."""

@@ -3,6 +3,7 @@
 import tempfile
 import time
 from pathlib import Path
+from typing import Annotated
 
 from oio.cli.build import build
 from oio.cli.compose import compose
@@ -10,7 +11,7 @@ from oio.cli.execute import execute
 from oio.cli.hydra_errors import known_error
 from oio.cli.plugins import plugin_packages
 from oio.core.folders import CONF
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.doctor.finding import FAIL, PASS, WARN, Finding
 
 
@@ -19,7 +20,7 @@ class ShortRun:
     """Words of the run, and the time [s] above which a computer is called slow."""
 
     words: tuple[str, ...]
-    slow_s: float
+    slow_s: Annotated[float, Within(0.1, 3600)]
 
     def check(self) -> Finding:
         """FAIL if the run does not end well, WARN if it is slow."""

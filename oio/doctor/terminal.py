@@ -3,8 +3,9 @@
 import locale
 import shutil
 import sys
+from typing import Annotated
 
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.doctor.finding import PASS, WARN, Finding
 
 
@@ -12,7 +13,7 @@ from oio.doctor.finding import PASS, WARN, Finding
 class Terminal:
     """Columns that the table of a run takes."""
 
-    columns: int
+    columns: Annotated[int, Within(1, 1000)]
 
     def check(self) -> Finding:
         """WARN for another encoding, and for a terminal in which tables break."""

@@ -1,7 +1,9 @@
 """Extended Kalman filter with lag, drift and fluctuation in its state; update in Joseph form (Bucy & Joseph 1968)."""
 
+from typing import Annotated
+
 from oio.core.records import Belief, GasReading, Innovation, JointState
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.estimators.gated_update import gated_update
 from oio.estimators.propagation import predict
 from oio.inference.state_space import StateSpace
@@ -11,11 +13,7 @@ from oio.inference.state_space import StateSpace
 class Ekf:
     """Extended Kalman filter. predict: x = f(x), P = F P F' + Q; update: Joseph form."""
 
-    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
-
-    def check(self) -> None:
-        """Raise BadInput for a gate out of range."""
-        in_range(self, gate_nis=(1.0, 1e9))
+    gate_nis: Annotated[float, Within(1, 1e9)]  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Time update: propagate the belief to the time of `joints`."""

@@ -1,10 +1,12 @@
 """filterpy's own ExtendedKalmanFilter on the same state-space model: the reference implementation for `ekf`."""
 
+from typing import Annotated
+
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from oio.core.records import Belief, GasReading, Innovation, JointState, seconds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.estimators.gated_update import innovation_of, scalar_measurement
 from oio.inference.state_space import StateSpace
 
@@ -13,11 +15,7 @@ from oio.inference.state_space import StateSpace
 class FilterpyEkf:
     """Extended Kalman filter of filterpy 2.0, wrapped: belief in, belief out."""
 
-    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
-
-    def check(self) -> None:
-        """Raise BadInput for a gate out of range."""
-        in_range(self, gate_nis=(1.0, 1e9))
+    gate_nis: Annotated[float, Within(1, 1e9)]  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Time update to the time of `joints`; the mean goes through the full transition, as filterpy's `predict_x` is meant to be used."""

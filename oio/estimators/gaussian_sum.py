@@ -1,11 +1,12 @@
 """Gaussian sum filter: a bank of filters, one per hypothesis of the belief map, weighted by likelihood (Alspach & Sorenson 1972)."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, Innovation, JointState
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.estimators.base import Estimator
 from oio.inference.map_fit import Fit
 from oio.inference.state_space import StateSpace
@@ -24,12 +25,9 @@ class GaussianSum:
     """Gaussian sum filter: every mixture component is run by the filter `component_filter`; components of low weight are pruned."""
 
     component_filter: Estimator
-    gate_nis: float  # upper limit of a component's NIS in its likelihood: a reading that all but one gate does not decide alone
-    min_weight: float  # components of a smaller weight are pruned
-
-    def check(self) -> None:
-        """Raise BadInput for a gate out of range, or for a pruning threshold that could drop every component."""
-        in_range(self, gate_nis=(1.0, 1e9), min_weight=(0.0, 0.5))
+    # gate_nis: upper limit of a component's NIS in its likelihood: a reading that all but one gate does not decide alone
+    gate_nis: Annotated[float, Within(1, 1e9)]
+    min_weight: Annotated[float, Within(0, 0.5)]  # components of a smaller weight are pruned
 
     def begin(self, model: StateSpace, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
         """Return one component per hypothesis; its weight is its evidence, exp(-chi^2 / 2) sqrt(det cov) (Laplace's approximation)."""

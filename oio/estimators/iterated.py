@@ -1,7 +1,9 @@
 """Iterated extended Kalman filter: the transitions since the last reading are relinearised about the states smoothed with the next one."""
 
+from typing import Annotated
+
 from oio.core.records import Belief, GasReading, Innovation, JointState
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.estimators.smoothing_window import Window
 from oio.inference.state_space import StateSpace
 
@@ -10,14 +12,11 @@ from oio.inference.state_space import StateSpace
 class Iterated:
     """Iterated EKF: a smoothing window of one reading (see `oio.estimators.smoothing_window`); with one iteration it is the EKF."""
 
-    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
-    iterations: int  # maximum Gauss-Newton iterations per reading
-    convergence_sigmas: float  # convergence: the largest change of a window state, in standard deviations, is below this
-    steps: int  # maximum arm steps in one window; a full window is restarted
-
-    def check(self) -> None:
-        """Raise BadInput for a gate or an iteration limit out of range."""
-        in_range(self, gate_nis=(1.0, 1e9), iterations=(1, 100), convergence_sigmas=(0.0, 10.0), steps=(1, 100_000))
+    gate_nis: Annotated[float, Within(1, 1e9)]  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
+    iterations: Annotated[int, Within(1, 100)]  # maximum Gauss-Newton iterations per reading
+    # convergence_sigmas: convergence: the largest change of a window state, in standard deviations, is below this
+    convergence_sigmas: Annotated[float, Within(0, 10)]
+    steps: Annotated[int, Within(1, 100_000)]  # maximum arm steps in one window; a full window is restarted
 
     @property
     def _window(self) -> Window:

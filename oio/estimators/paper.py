@@ -1,9 +1,11 @@
 """The paper's EKF, taken literally: no lag, drift or fluctuation in the state; the reading is the concentration at the nose."""
 
+from typing import Annotated
+
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, Innovation, JointState, seconds
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.estimators.gated_update import gated_update
 from oio.gas.range_law import LAW, concentration
 from oio.inference.state_space import StateSpace
@@ -13,11 +15,7 @@ from oio.inference.state_space import StateSpace
 class PaperEkf:
     """The paper's EKF: estimates source, ln strength and element offsets only; the encoders are taken as exact."""
 
-    gate_nis: float  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
-
-    def check(self) -> None:
-        """Raise BadInput for a gate out of range."""
-        in_range(self, gate_nis=(1.0, 1e9))
+    gate_nis: Annotated[float, Within(1, 1e9)]  # a reading whose NIS is larger is not used (chi-square, 1 degree of freedom)
 
     def predict(self, model: StateSpace, belief: Belief, joints: JointState) -> Belief:
         """Time update of a static source: only Q is added. The concentration at the nose is stored in state f for the update."""

@@ -11,6 +11,7 @@ from rich.progress import Progress
 from oio.cli.exit_codes import run_command
 from oio.core.errors import BadInput
 from oio.core.records import WorldSample
+from oio.core.standard_output import ended
 from oio.export.kalibr import write_kalibr
 from oio.export.robot_localization import write_robot_localization
 from oio.export.run_record import RunRecord, find_log, read_run_record
@@ -78,4 +79,4 @@ def _watched(samples: Iterator[WorldSample], end_ns: int) -> Iterator[WorldSampl
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

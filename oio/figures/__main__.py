@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from oio.core.errors import BadInput
+from oio.core.standard_output import ended
 from oio.figures.picture import draw
 
 
@@ -25,4 +26,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

@@ -7,12 +7,13 @@ bouts.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array, GasReading
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,19 +47,19 @@ class Bout:
 class BoutRule:
     """Settings of the bout rule: one key per ambiguity of the paper."""
 
-    window_by_dof: dict[int, int]  # k
+    window_by_dof: Annotated[dict[int, int], Within(2, 10_000)]  # k
     differential: str  # smoothed: y'_t - y'_{t-1} (eq. 1); raw: y_t - y'_{t-1} (the sentence before it)
     threshold: str  # what y'_t must exceed: max of the baseline readings, or mean_plus_3_sigma
 
     def check(self) -> None:
-        """Raise BadInput for an unknown differential or threshold, or a window of fewer than 2 readings."""
+        """Raise BadInput for an unknown differential or threshold, or no windows."""
         if self.differential not in ("smoothed", "raw"):
             raise BadInput(f"bout.differential is '{self.differential}', but it can be smoothed or raw. Type bout.differential=smoothed.")
         if self.threshold == "cusum":
             raise BadInput("bout.threshold=cusum was given, but CUSUM is a rule of its own. Type bout=cusum.")
         if self.threshold not in ("max", "mean_plus_3_sigma"):
             raise BadInput(f"bout.threshold is '{self.threshold}', but it can be max or mean_plus_3_sigma. Type bout.threshold=max.")
-        refuse_short_windows(self.window_by_dof)
+        refuse_no_windows(self.window_by_dof)
 
     def window(self, dof: int) -> int:
         """Return the window k for `dof` joints; raises BadInput if none is configured."""
@@ -73,10 +74,10 @@ class BoutRule:
         return element_baseline.highest_ppm - element_baseline.ppm if self.threshold == "max" else 3.0 * element_baseline.sigma_ppm
 
 
-def refuse_short_windows(window_by_dof: Mapping[int, int]) -> None:
-    """Raise BadInput for a window of fewer than 2 readings."""
-    if min(window_by_dof.values(), default=0) < 2:
-        raise BadInput(f"bout.window_by_dof is {window_by_dof}, but every window must have at least 2 readings.")
+def refuse_no_windows(window_by_dof: Mapping[int, int]) -> None:
+    """Raise BadInput for an empty mapping."""
+    if not window_by_dof:
+        raise BadInput("bout.window_by_dof is {}, but a window is needed for every rung. Type e.g. '+bout.window_by_dof={5: 13}'.")
 
 
 def window_for(window_by_dof: Mapping[int, int], dof: int) -> int:

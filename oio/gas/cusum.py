@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import replace
+from typing import Annotated
 
 from scipy.optimize import brentq
 
 from oio.core.records import GasReading
-from oio.core.settings import in_range, settings
-from oio.gas.bouts import Bout, BoutDetector, BoutRule, ElementBaseline, refuse_short_windows, window_for
+from oio.core.settings import Within, settings
+from oio.gas.bouts import Bout, BoutDetector, BoutRule, ElementBaseline, refuse_no_windows, window_for
 
 OVERSHOOT = 1.166  # of a discrete sum over its limit, at both ends, in standard deviations (Siegmund 1985)
 
@@ -16,14 +17,14 @@ OVERSHOOT = 1.166  # of a discrete sum over its limit, at both ends, in standard
 class CusumRule:
     """Settings of the CUSUM; the decision interval follows from the false-alarm rate that is asked for."""
 
-    window_by_dof: dict[int, int]  # k, of the smoothed signal
-    reference_sigmas: float  # taken off every reading: half of the smallest rise that matters, in standard deviations
-    false_alarm_rate: float  # per reading, in white noise about a baseline that is known exactly
+    window_by_dof: Annotated[dict[int, int], Within(2, 10_000)]  # k, of the smoothed signal
+    # reference_sigmas: taken off every reading: half of the smallest rise that matters, in standard deviations
+    reference_sigmas: Annotated[float, Within(0.1, 5)]
+    false_alarm_rate: Annotated[float, Within(1e-9, 0.1)]  # per reading, in white noise about a baseline that is known exactly
 
     def check(self) -> None:
-        """Raise BadInput for a window of fewer than 2 readings, and for a reference or a rate that is no use."""
-        refuse_short_windows(self.window_by_dof)
-        in_range(self, reference_sigmas=(0.1, 5.0), false_alarm_rate=(1e-9, 0.1))
+        """Raise BadInput for no windows."""
+        refuse_no_windows(self.window_by_dof)
 
     def window(self, dof: int) -> int:
         """Return the window k for `dof` joints; raises BadInput if none is configured."""

@@ -9,13 +9,14 @@ logarithm of the concentration at r_ref. The radius of the source removes the si
 """
 
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.compiled import compiled
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.fluctuation import MeanField
 
 FORMS = ("evidence", "log_distance", "isotropic", "advection_diffusion", "all")
@@ -36,57 +37,39 @@ class RangeLaw:
     """Nominal range law before calibration, and the standard uncertainties of its parameters."""
 
     form: str  # which of n, k and u the calibration estimates: one of FORMS
-    r_ref_m: float  # reference distance, at which l is defined
-    radius_m: float  # radius of the source
-    ln_strength: float | None  # l of the source to be found, if known; None: its prior is centred on the largest reading
-    ln_strength_u: float  # of l, in either case
-    exponent: float  # n
-    exponent_u: float
-    wind_per_m_u: float  # of each horizontal component of k = U / 2K; the mean is still air
-    lift_per_m_u: float  # of its vertical component
-    thinning_per_m_u: float  # of u; the mean is 0
-    nose_jitter_m: float  # short-term uncertainty of the nose position (backlash), until calibrated
-    nose_jitter_choices_m: tuple[float, ...]  # candidates, of which calibration takes the likeliest
-    model_discrepancy: float  # of a real plume from the law, in ln C per e-fold of distance from r_ref, until calibrated
-    model_discrepancy_choices: tuple[float, ...]  # likewise
-    typical_nose_jitter_m: float  # a candidate below this,
-    typical_model_discrepancy: float  # or below this,
-    calm_min_evidence: float  # must be likelier by this in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
-    fluctuation_intensity: float  # relative concentration fluctuation gamma on the plume's axis
-    eddy_s: float  # its correlation time at r_ref
+    r_ref_m: Annotated[float, Within(1e-3, 100)]  # reference distance, at which l is defined
+    radius_m: Annotated[float, Within(1e-4, 1)]  # radius of the source
+    # ln_strength: l of the source to be found, if known; None: its prior is centred on the largest reading
+    ln_strength: Annotated[float | None, Within(MIN_LN_PPM, MAX_LN_PPM, "natural logarithm of ppm (3 is 20 ppm)")]
+    ln_strength_u: Annotated[float, Within(1e-3, 20)]  # of l, in either case
+    exponent: Annotated[float, Within(0.1, 6)]  # n
+    exponent_u: Annotated[float, Within(1e-6, 5)]
+    wind_per_m_u: Annotated[float, Within(1e-6, 1e3)]  # of each horizontal component of k = U / 2K; the mean is still air
+    lift_per_m_u: Annotated[float, Within(1e-6, 1e3)]  # of its vertical component
+    thinning_per_m_u: Annotated[float, Within(1e-6, 1e3)]  # of u; the mean is 0
+    # nose_jitter_m: short-term uncertainty of the nose position (backlash), until calibrated
+    nose_jitter_m: Annotated[float, Within(1e-6, MAX_NOSE_JITTER_M)]
+    # nose_jitter_choices_m: candidates, of which calibration takes the likeliest
+    nose_jitter_choices_m: Annotated[tuple[float, ...], Within(1e-6, MAX_NOSE_JITTER_M)]
+    # model_discrepancy: of a real plume from the law, in ln C per e-fold of distance from r_ref, until calibrated
+    model_discrepancy: Annotated[float, Within(0, MAX_DISCREPANCY)]
+    model_discrepancy_choices: Annotated[tuple[float, ...], Within(0, MAX_DISCREPANCY)]  # likewise
+    typical_nose_jitter_m: Annotated[float, Within(0, MAX_NOSE_JITTER_M)]  # a candidate below this,
+    typical_model_discrepancy: Annotated[float, Within(0, MAX_DISCREPANCY)]  # or below this,
+    # calm_min_evidence: must be likelier by this in -2 ln L (Kass & Raftery 1995: above 10 the evidence is very strong)
+    calm_min_evidence: Annotated[float, Within(0, 1e6)]
+    fluctuation_intensity: Annotated[float, Within(1e-3, 10)]  # relative concentration fluctuation gamma on the plume's axis
+    eddy_s: Annotated[float, Within(1e-3, 1e3)]  # its correlation time at r_ref
 
     def check(self) -> None:
-        """Raise BadInput for an unknown form or a value out of range."""
+        """Raise BadInput for an unknown form, or for no candidates."""
         if self.form not in FORMS:
             raise BadInput(
                 f"range_law.form is '{self.form}', but it can be {', '.join(FORMS[:-1])} or {FORMS[-1]}. Type range_law.form=all."
             )
-        in_range(self, r_ref_m=(1e-3, 100), radius_m=(1e-4, 1), exponent=(0.1, 6), exponent_u=(1e-6, 5))
-        in_range(self, ln_strength_u=(1e-3, 20), wind_per_m_u=(1e-6, 1e3), lift_per_m_u=(1e-6, 1e3), thinning_per_m_u=(1e-6, 1e3))
-        self._check_strength()
-        in_range(
-            self,
-            nose_jitter_m=(1e-6, MAX_NOSE_JITTER_M),
-            model_discrepancy=(0, MAX_DISCREPANCY),
-            fluctuation_intensity=(1e-3, 10),
-            eddy_s=(1e-3, 1e3),
-        )
-        in_range(
-            self, typical_nose_jitter_m=(0, MAX_NOSE_JITTER_M), typical_model_discrepancy=(0, MAX_DISCREPANCY), calm_min_evidence=(0, 1e6)
-        )
-        for key, low, high in (("nose_jitter_choices_m", 1e-6, MAX_NOSE_JITTER_M), ("model_discrepancy_choices", 0.0, MAX_DISCREPANCY)):
-            choices = getattr(self, key)
-            if not choices or not all(low <= choice <= high for choice in choices):
-                given = f"range_law.{key} is {list(choices)}"
-                raise BadInput(f"{given}, but it takes one or more of {low:g} to {high:g}. Type e.g. range_law.{key}=[0.1].")
-
-    def _check_strength(self) -> None:
-        l = self.ln_strength
-        if l is not None and not MIN_LN_PPM <= l <= MAX_LN_PPM:
-            allowed = f"{MIN_LN_PPM:g} to {MAX_LN_PPM:g} or null: it is the natural logarithm of ppm"
-            raise BadInput(
-                f"range_law.ln_strength is {l:g}, but it can be {allowed}. Type e.g. range_law.ln_strength=3.0, which is 20 ppm."
-            )
+        for key in ("nose_jitter_choices_m", "model_discrepancy_choices"):
+            if not getattr(self, key):
+                raise BadInput(f"range_law.{key} is [], but it takes one or more. Type e.g. range_law.{key}=[0.1].")
 
     def strength(self, largest_ppm: float) -> float:
         """Return the prior mean of l: as configured, or at the largest reading."""

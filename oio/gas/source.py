@@ -1,12 +1,13 @@
 """Source placement: a position inside a box that the nose can reach closely enough."""
 
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.kinematics.arm import Arm
 
 
@@ -14,12 +15,12 @@ from oio.kinematics.arm import Arm
 class Source:
     """Gas source in the base frame. `position` null: drawn inside the box, from the random stream of the truth."""
 
-    position: tuple[float, float, float] | None  # m
-    box_low_m: tuple[float, float, float]
-    box_high_m: tuple[float, float, float]
-    approach_m: float  # a source is reachable if the nose can come within this distance
-    strength: float  # emission rate relative to the sensor's nominal source; 0: drawn, log-normal
-    strength_spread: float  # standard deviation of ln(strength) when drawn
+    position: Annotated[tuple[float, float, float] | None, Within(-100, 100)]  # m
+    box_low_m: Annotated[tuple[float, float, float], Within(-100, 100)]
+    box_high_m: Annotated[tuple[float, float, float], Within(-100, 100)]
+    approach_m: Annotated[float, Within(1e-3, 1)]  # a source is reachable if the nose can come within this distance
+    strength: Annotated[float, Within(0, 1e6)]  # emission rate relative to the sensor's nominal source; 0: drawn, log-normal
+    strength_spread: Annotated[float, Within(0, 5)]  # standard deviation of ln(strength) when drawn
 
     def placed(self, key: str, arm: Arm, rng: np.random.Generator) -> Array:
         """Return the position (3,) [m], drawn if none is configured; raises BadInput if the nose cannot reach it. `key`: for messages."""

@@ -8,12 +8,13 @@ Laplace's approximation (MacKay 2003, ch. 28), so that the volume of every addit
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.range_law import WIND
 from oio.gas.source_shape import CORNER, LINE, RING, TWO, WALL
 from oio.inference.alternative_starts import corner_starts, extended_source_starts, second_source_starts, wall_starts, wind_starts
@@ -41,29 +42,25 @@ class Alternatives:
     """Which alternatives are fitted beside the calibrated world, and their priors."""
 
     worlds: tuple[str, ...]  # of WORLDS
-    knot_s: float  # distance in time of the knots between which a change is linear,
-    most_knots: int  # but at most so many
-    wind_per_m_sqrt_s: float  # densities of the random walks
-    strength_sqrt_s: float
-    background_sigmas_sqrt_s: float  # in standard deviations of a reading
-    second_strength_u: float  # standard deviation of ln(strength of the second source / first)
-    wall_u_m: float  # of the foot of the source on a wall, on each axis, standard deviation
-    lag_u: float  # standard deviation of ln(lag / lag at calibration)
-    drift_factor: float  # encoder drift over the arm's
-    offset_u_deg: float  # of a joint since calibration, standard uncertainty
-    extent_u_m: float  # of a line's half length, or a ring's radius, on each axis, standard deviation
-    inflation: float  # of the covariance of an alternative: no beacon has shown how well its law holds
-    prior_odds: float  # of each alternative against the calibrated world
+    knot_s: Annotated[float, Within(0.1, 1e6)]  # distance in time of the knots between which a change is linear,
+    most_knots: Annotated[int, Within(1, 100)]  # but at most so many
+    wind_per_m_sqrt_s: Annotated[float, Within(0, 1e3)]  # densities of the random walks
+    strength_sqrt_s: Annotated[float, Within(0, 10)]
+    background_sigmas_sqrt_s: Annotated[float, Within(0, 1e3)]  # in standard deviations of a reading
+    second_strength_u: Annotated[float, Within(0.01, 10)]  # standard deviation of ln(strength of the second source / first)
+    wall_u_m: Annotated[float, Within(1e-3, 1)]  # of the foot of the source on a wall, on each axis, standard deviation
+    lag_u: Annotated[float, Within(1e-3, 3)]  # standard deviation of ln(lag / lag at calibration)
+    drift_factor: Annotated[float, Within(0, 1e3)]  # encoder drift over the arm's
+    offset_u_deg: Annotated[float, Within(0, 90)]  # of a joint since calibration, standard uncertainty
+    extent_u_m: Annotated[float, Within(1e-4, 1)]  # of a line's half length, or a ring's radius, on each axis, standard deviation
+    inflation: Annotated[float, Within(1, 100)]  # of the covariance of an alternative: no beacon has shown how well its law holds
+    prior_odds: Annotated[float, Within(1e-9, 1e3)]  # of each alternative against the calibrated world
 
     def check(self) -> None:
-        """Raise BadInput for an unknown world or a number out of range."""
+        """Raise BadInput for an unknown world."""
         if unknown := [world for world in self.worlds if world not in WORLDS]:
             given = f"belief_map.alternatives.worlds has '{unknown[0]}'"
             raise BadInput(f"{given}, but it can be {', '.join(WORLDS)}. Type e.g. belief_map.alternatives.worlds=[wind,second_source].")
-        in_range(self, knot_s=(0.1, 1e6), most_knots=(1, 100), wind_per_m_sqrt_s=(0, 1e3), strength_sqrt_s=(0, 10))
-        in_range(self, background_sigmas_sqrt_s=(0, 1e3), second_strength_u=(0.01, 10), prior_odds=(1e-9, 1e3))
-        in_range(self, lag_u=(1e-3, 3), drift_factor=(0, 1e3), offset_u_deg=(0, 90), extent_u_m=(1e-4, 1))
-        in_range(self, wall_u_m=(1e-3, 1), inflation=(1, 100))
 
     @property
     def none(self) -> "Alternatives":

@@ -1,11 +1,12 @@
 """Belief map: hypotheses for the source position from a trace of readings, one per distinct minimum of the fit."""
 
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.range_law import LN_STRENGTH, SOURCE
 from oio.gas.trace import Sniffs, Trace
@@ -25,24 +26,19 @@ from oio.inference.world_posterior import distinct, fit_alternatives, hypotheses
 class BeliefMap:
     """Settings of the belief map: a coarse grid of source positions, then a few fits from the best."""
 
-    path_period_s: float
-    limit: int
-    grid_points: int
-    points_per_shell: int  # grid positions on each shell about the strongest reading
-    shells_m: tuple[float, ...]  # radii of these shells
-    starts: int  # fits of the first map
-    restarts: int  # fits of every later map, besides one per hypothesis
-    min_separation_m: float
-    keep_chi2: float
+    path_period_s: Annotated[float, Within(0.01, 60)]
+    limit: Annotated[int, Within(100, 10_000_000)]
+    grid_points: Annotated[int, Within(4, 100_000)]
+    points_per_shell: Annotated[int, Within(0, 100_000)]  # grid positions on each shell about the strongest reading
+    shells_m: Annotated[tuple[float, ...], Within(1e-3, 10)]  # radii of these shells
+    starts: Annotated[int, Within(1, 100)]  # fits of the first map
+    restarts: Annotated[int, Within(0, 100)]  # fits of every later map, besides one per hypothesis
+    min_separation_m: Annotated[float, Within(1e-4, 100)]
+    keep_chi2: Annotated[float, Within(0, 1e6)]
     alternatives: Alternatives
-    raise_min_evidence: float
-    suspect_overdispersion: float  # of the residuals in the calibrated world, above which every alternative is fitted
-
-    def check(self) -> None:
-        """Raise BadInput for a value out of range."""
-        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), grid_points=(4, 10**5), points_per_shell=(0, 10**5))
-        in_range(self, starts=(1, 100), restarts=(0, 100), min_separation_m=(1e-4, 100), keep_chi2=(0, 1e6))
-        in_range(self, raise_min_evidence=(0, 1e6), suspect_overdispersion=(1, 1e6))
+    raise_min_evidence: Annotated[float, Within(0, 1e6)]
+    # suspect_overdispersion: of the residuals in the calibrated world, above which every alternative is fitted
+    suspect_overdispersion: Annotated[float, Within(1, 1e6)]
 
     def trace(self) -> Trace:
         """Return an empty trace."""

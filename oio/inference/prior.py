@@ -1,11 +1,12 @@
 """Prior of the filter before the search: calibrated by the stages, or cold from data sheets and nominal models."""
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.range_law import LN_STRENGTH, MAX_DISCREPANCY, MAX_NOSE_JITTER_M, SOURCE, RangeLaw
 from oio.inference.forward_model import ParameterLayout
@@ -38,20 +39,16 @@ class Nominal:
     """Data-sheet values: lag [s], offsets and their standard uncertainty [ppm], specimen spread of gains and lags (standard deviation
     of ln), and time delay of the gas stamps [s]."""
 
-    rise_s: float
-    fall_s: float
-    elements: int
-    background_ppm: float
-    accuracy_ppm: float
-    sigma_ppm: float
-    gain_u: float
-    tau_u: float
-    delay_s: float
-    delay_u_s: float  # standard uncertainty; 0: the delay is known, and calibration does not look for it
-
-    def check(self) -> None:
-        """Raise BadInput for a delay or its uncertainty outside 0 to 10 s."""
-        in_range(self, delay_s=(0.0, 10.0), delay_u_s=(0.0, 10.0))
+    rise_s: Annotated[float, Within(1e-3, 3600)]
+    fall_s: Annotated[float, Within(1e-3, 3600)]
+    elements: Annotated[int, Within(1, 2)]
+    background_ppm: Annotated[float, Within(0, 1e6)]
+    accuracy_ppm: Annotated[float, Within(0, 1e6)]
+    sigma_ppm: Annotated[float, Within(1e-9, 1e6)]
+    gain_u: Annotated[float, Within(1e-3, 10)]
+    tau_u: Annotated[float, Within(1e-3, 5)]
+    delay_s: Annotated[float, Within(0, 10)]
+    delay_u_s: Annotated[float, Within(0, 10)]  # standard uncertainty; 0: the delay is known, and calibration does not look for it
 
 
 def nominal_prior(arm: Arm, law: RangeLaw, nominal: Nominal, offsets: Array, offsets_u: Array) -> tuple[Array, Array]:

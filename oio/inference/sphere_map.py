@@ -5,11 +5,13 @@ The RSSI of what is read at rest gives the radius. No lag, drift or fluctuation 
 ranges: the mean square of |centre - vertex| - radius on every axis.
 """
 
+from typing import Annotated
+
 import numpy as np
 
 from oio.core.errors import NotObservable
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.range_law import EXPONENT, LN_STRENGTH, SOURCE
 from oio.gas.rssi import Rssi
 from oio.gas.trace import STILL_RAD, Sniffs, Trace
@@ -22,13 +24,9 @@ from oio.inference.trilateration import vertex, vertex_unknown_strength
 class SphereMap:
     """Settings of the spheres."""
 
-    path_period_s: float
-    limit: int
-    detection_sigmas: float  # a measurement below so many standard deviations of a reading gives no sphere
-
-    def check(self) -> None:
-        """Raise BadInput for a value out of range."""
-        in_range(self, path_period_s=(0.01, 60), limit=(100, 10**7), detection_sigmas=(0, 1e6))
+    path_period_s: Annotated[float, Within(0.01, 60)]
+    limit: Annotated[int, Within(100, 10_000_000)]
+    detection_sigmas: Annotated[float, Within(0, 1e6)]  # a measurement below so many standard deviations of a reading gives no sphere
 
     def trace(self) -> Trace:
         """Return an empty trace."""

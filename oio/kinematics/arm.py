@@ -2,13 +2,14 @@
 
 from functools import cached_property
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.folders import ROOT
 from oio.core.records import Array
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.kinematics.chain_from_model import KinematicChain, NosePoint, load_chain
 from oio.kinematics.homing import Homing
 from oio.kinematics.homing_file import read_homing
@@ -26,26 +27,28 @@ class Arm(Workspace):
     mjcf: str  # path of the model, MJCF or URDF, relative to the folder that holds `oio/`
     nose_site: str  # the site of an MJCF where the nose is,
     nose_body: str | None  # or, if it is given, the nose is on this body (the only way in a URDF),
-    nose_offset_m: tuple[float, float, float]  # here in the frame of that body
-    dof: int  # how many joints move, a rung of the ladder
-    ladder: tuple[int, ...] | None  # rungs in the order of calibration; None: 1, 2, 3 and all joints, as the paper's 1, 2, 3, 5
-    home_rad: tuple[float, ...]  # rest pose, all joints
-    box_low_m: tuple[float, float, float]  # the nose stays in this box (table, base, person) in the base frame
-    box_high_m: tuple[float, float, float]
-    joint_speed: float  # rad/s (m/s for slides)
-    nose_speed_m_s: float  # m/s
-    nose_limit_m_s: float  # m/s; `duration_s` plans by the chord, and on a curved path the nose is faster
-    encoder_drift_deg_s2: float  # bound on the encoders' quadratic drift
-    homing_offset_deg: float  # standard deviation of the homing offset
+    nose_offset_m: Annotated[tuple[float, float, float], Within(-2, 2)]  # here in the frame of that body
+    dof: Annotated[int, Within(1, 100)]  # how many joints move, a rung of the ladder
+    # ladder: rungs in the order of calibration; None: 1, 2, 3 and all joints, as the paper's 1, 2, 3, 5
+    ladder: Annotated[tuple[int, ...] | None, Within(1, 100)]
+    home_rad: Annotated[tuple[float, ...], Within(-100, 100)]  # rest pose, all joints
+    # box_low_m: the nose stays in this box (table, base, person) in the base frame
+    box_low_m: Annotated[tuple[float, float, float], Within(-100, 100)]
+    box_high_m: Annotated[tuple[float, float, float], Within(-100, 100)]
+    joint_speed: Annotated[float, Within(1e-3, 100)]  # rad/s (m/s for slides)
+    nose_speed_m_s: Annotated[float, Within(1e-3, 100)]  # m/s
+    nose_limit_m_s: Annotated[float, Within(1e-3, 100)]  # m/s; `duration_s` plans by the chord, and on a curved path the nose is faster
+    encoder_drift_deg_s2: Annotated[float, Within(0, 10)]  # bound on the encoders' quadratic drift
+    homing_offset_deg: Annotated[float, Within(0, 90)]  # standard deviation of the homing offset
     homing: str | None  # file of `python -m hardware.home`, or LeRobot's calibration; its uncertainties come on top
-    backlash_deg: float  # peak to peak
+    backlash_deg: Annotated[float, Within(0, 90)]  # peak to peak
 
     def check(self) -> None:
-        """Refuse a DoF off the ladder, a home of the wrong length or out of limits, and senseless speeds."""
+        """Refuse a DoF off the ladder, a home of the wrong length or out of limits."""
         if self.dof not in self.rungs:
             rungs = ", ".join(map(str, self.rungs))
             raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.rungs[-1]}.")
-        if list(self.rungs) != sorted({*self.rungs}) or not 1 <= self.rungs[0] <= self.rungs[-1] <= len(self.all_names):
+        if list(self.rungs) != sorted({*self.rungs}) or self.rungs[-1] > len(self.all_names):
             given = f"arm.ladder is {list(self.rungs)}, but its rungs must rise, from 1 at least to the {len(self.all_names)} joints of"
             raise BadInput(f"{given} {self.mjcf}. Type arm.ladder=null for 1, 2, 3 and all.")
         if len(self.home_rad) != len(self.all_names):
@@ -56,12 +59,6 @@ class Arm(Workspace):
             raise BadInput(f"arm.home_rad is {list(self.home_rad)}, but the limits are {low.tolist()} to {high.tolist()} rad.")
         if self.homing is not None:
             _ = self.homed  # a wrong file is refused now
-        for key in ("joint_speed", "nose_speed_m_s", "nose_limit_m_s"):
-            if not getattr(self, key) > 0:
-                raise BadInput(f"arm.{key} is {getattr(self, key)}, but it must be greater than 0.")
-        for key in ("encoder_drift_deg_s2", "homing_offset_deg", "backlash_deg"):
-            if getattr(self, key) < 0:
-                raise BadInput(f"arm.{key} is {getattr(self, key)}, but it must be 0 or more.")
 
     @cached_property
     def rungs(self) -> tuple[int, ...]:

@@ -5,12 +5,13 @@ is a small step from the one before. NaN, infinity and stale commands are refuse
 """
 
 import math
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.kinematics.arm import Arm
 from oio.kinematics.minimum_jerk import PEAK_OVER_MEAN
 from oio.motion.load_monitor import LoadLimits, LoadMonitor
@@ -25,26 +26,14 @@ SPEED_TOLERANCE = 1.01  # a move starts at the set-point, which may be a tick sh
 class SafetyLimits:
     """Limits beyond which the arm is stopped. Limits of joints, nose box and speeds are the arm's own."""
 
-    box_margin_m: float  # by which the nose may leave its box on a curved path between two allowed poses
-    step_s: float  # path time between two set-points, at most
-    command_age_s: float  # commands older than this are refused
-    heartbeat_timeout_s: float  # time-out of the heartbeats of host and nose while the arm moves,
-    sample_s: float  # longer by this for the nose: its sampling period
-    load: float  # fraction of a servo's torque; what is above it adds up,
-    load_s: float  # to a stop after so many seconds of full torque
-    temperature_degc: float  # of a servo
-
-    def check(self) -> None:
-        """Refuse limits that would never, or always, stop the arm."""
-        in_range(
-            self,
-            box_margin_m=(0.0, 0.02),
-            step_s=(0.001, 1.0),
-            command_age_s=(0.0, 10.0),
-            heartbeat_timeout_s=(0.05, 60.0),
-            sample_s=(0.0, 1e4),
-        )
-        in_range(self, load=(0.05, 1.0), load_s=(0.01, 60.0), temperature_degc=(20.0, 100.0))
+    box_margin_m: Annotated[float, Within(0, 0.02)]  # by which the nose may leave its box on a curved path between two allowed poses
+    step_s: Annotated[float, Within(0.001, 1)]  # path time between two set-points, at most
+    command_age_s: Annotated[float, Within(0, 10)]  # commands older than this are refused
+    heartbeat_timeout_s: Annotated[float, Within(0.05, 60)]  # time-out of the heartbeats of host and nose while the arm moves,
+    sample_s: Annotated[float, Within(0, 1e4)]  # longer by this for the nose: its sampling period
+    load: Annotated[float, Within(0.05, 1)]  # fraction of a servo's torque; what is above it adds up,
+    load_s: Annotated[float, Within(0.01, 60)]  # to a stop after so many seconds of full torque
+    temperature_degc: Annotated[float, Within(20, 100)]  # of a servo
 
     @property
     def load_limits(self) -> LoadLimits:

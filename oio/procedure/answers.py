@@ -1,9 +1,10 @@
 """Answers that a step can take: what a person types is parsed, what a file holds is checked. Both raise BadInput with what is allowed."""
 
 import math
+from typing import Annotated
 
 from oio.core.errors import BadInput
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 Value = str | float | bool
 DONE = "done"
@@ -53,8 +54,8 @@ class Number:
     """A number in a unit, from low to high."""
 
     unit: str
-    low: float
-    high: float
+    low: Annotated[float, Within(-1e9, 1e9)]
+    high: Annotated[float, Within(-1e9, 1e9)]
 
     @property
     def allowed(self) -> str:

@@ -1,10 +1,10 @@
 """The steps of a protocol: something to do, something to answer, a time to wait. Each stands before or after a stage."""
 
 import re
-from typing import Any
+from typing import Annotated, Any
 
 from oio.core.errors import BadInput
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.procedure.answers import Answer, Done
 
 BEFORE, AFTER = "before", "after"
@@ -18,7 +18,7 @@ class Prompt:
     name: str
     when: dict[str, str]  # before or after: stage
     text: str
-    place_m: tuple[float, float, float] | None  # where it is to be done, in the arm's base frame
+    place_m: Annotated[tuple[float, float, float] | None, Within(-100, 100)]  # where it is to be done, in the arm's base frame
 
     def check(self) -> None:
         """Refuse a name that no file could have, and a moment that is none."""
@@ -61,12 +61,11 @@ class Wait:
     name: str
     when: dict[str, str]
     text: str
-    for_s: float
+    for_s: Annotated[float, Within(0.1, 86_400)]
 
     def check(self) -> None:
-        """Refuse a name that no file could have, a moment that is none, and a time out of range."""
+        """Refuse a name that no file could have, and a moment that is none."""
         _check(self)
-        in_range(self, for_s=(0.1, 86_400.0))
 
     @property
     def asked(self) -> str:

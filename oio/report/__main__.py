@@ -6,6 +6,7 @@ from pathlib import Path
 
 from oio.cli.exit_codes import run_command
 from oio.core import interrupt
+from oio.core.standard_output import ended
 from oio.report.write import write_report
 
 
@@ -27,4 +28,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

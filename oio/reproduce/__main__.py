@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from oio.cli import startup
+from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
@@ -82,4 +83,4 @@ def _unused(made: Original) -> Path:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

@@ -1,8 +1,9 @@
 """Verdict PASS, WARN or FAIL by criteria that a bench can see, and beside it what only simulation knows: the score against the truth."""
 
 import math
+from typing import Annotated
 
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.inference.metrics import CHI2_95
 from oio.results.criteria.judgement import Criterion, Results, Verdict
 from oio.results.summary import Outcome, Scored
@@ -31,8 +32,9 @@ def rarity(nees: float, dof: int) -> float:
 class ScoreLimits:
     """Limits of the score against the truth, which never enters the verdict."""
 
-    nees: float  # above this the truth is outside the covariance, beyond chance (chi-square 99.9 %, 3 degrees of freedom: 16.3)
-    bound_ratio: float  # source error over the Cramer-Rao bound
+    # nees: above this the truth is outside the covariance, beyond chance (chi-square 99.9 %, 3 degrees of freedom: 16.3)
+    nees: Annotated[float, Within(0, 1e6)]
+    bound_ratio: Annotated[float, Within(0, 1e6)]  # source error over the Cramer-Rao bound
 
 
 def score(outcome: Outcome, bound_m: float | None, dof: int, limits: ScoreLimits) -> Scored:

@@ -5,11 +5,12 @@ discounted UCB1 (Garivier & Moulines 2011), because the best direction changes a
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.kinematics.arm import Arm
 from oio.search.view import View
 
@@ -31,13 +32,9 @@ class Values:
 class Bandit:
     """Discounted UCB1 over single-joint steps."""
 
-    step_rad: float  # of one joint
-    discount: float  # per move; 1: no forgetting
-    exploration_bonus: float  # weight of the exploration bonus
-
-    def check(self) -> None:
-        """Raise BadInput for a step, discount or bonus out of range."""
-        in_range(self, step_rad=(1e-3, 2.0), discount=(0.1, 1.0), exploration_bonus=(0.0, 100.0))
+    step_rad: Annotated[float, Within(1e-3, 2)]  # of one joint
+    discount: Annotated[float, Within(0.1, 1)]  # per move; 1: no forgetting
+    exploration_bonus: Annotated[float, Within(0, 100)]  # weight of the exploration bonus
 
     def choose(self, values: Values, allowed: np.ndarray, rng: np.random.Generator) -> int:
         """Return the arm with the greatest upper confidence bound among the allowed ones; untried ones first, ties at random."""

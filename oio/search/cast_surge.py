@@ -6,10 +6,12 @@ The wind is that of the range law, k = U / 2K. In still air the surge direction 
 In three dimensions the casts rotate in the plane normal to that direction, by the golden angle, so that they never repeat.
 """
 
+from typing import Annotated
+
 import numpy as np
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, refuse_below, settings
 from oio.gas.range_law import WIND
 from oio.search.sniff_history import believed_law, goals, joint_offsets
 from oio.search.step_planning import box_diagonal_m, random_step, step_toward, tangent_directions
@@ -23,19 +25,16 @@ ALONG = 0.9  # a direction whose crosswind component (sine of its angle to the w
 class CastSurge:
     """Surge-and-cast strategy; lengths are fractions of the diagonal of the nose's workspace box."""
 
-    surge: float  # length of one step upwind
-    cast_growth: float  # the n-th cast is n times this wide, to either side
-    max_cast: float  # beyond this width the plume is lost: poses are random
-    hit: float  # least fraction of a move's readings that are bouts
-    threshold_decay: float  # factor on the signal threshold of a hit after every miss
-    windy_per_m: float  # |k| below this counts as still air
+    surge: Annotated[float, Within(1e-3, 1)]  # length of one step upwind
+    cast_growth: Annotated[float, Within(1e-3, 1)]  # the n-th cast is n times this wide, to either side
+    max_cast: Annotated[float, Within(1e-3, 10)]  # beyond this width the plume is lost: poses are random
+    hit: Annotated[float, Within(0, 1)]  # least fraction of a move's readings that are bouts
+    threshold_decay: Annotated[float, Within(0, 1)]  # factor on the signal threshold of a hit after every miss
+    windy_per_m: Annotated[float, Within(0, 1e3)]  # |k| below this counts as still air
 
     def check(self) -> None:
-        """Raise BadInput for a step or fraction out of range."""
-        in_range(
-            self, surge=(1e-3, 1.0), cast_growth=(1e-3, 1.0), max_cast=(self.cast_growth, 10.0), hit=(0.0, 1.0), threshold_decay=(0.0, 1.0)
-        )
-        in_range(self, windy_per_m=(0.0, 1e3))
+        """Raise BadInput for a widest cast below the first."""
+        refuse_below(self, "max_cast", "cast_growth")
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad."""

@@ -6,11 +6,13 @@ posterior of the source under it is a rank-one update of the belief. While sever
 predictions counts as well (in units of that variance).
 """
 
+from typing import Annotated
+
 import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.range_law import LAW, SOURCE, concentration
 from oio.search.exploration import explore
 from oio.search.view import View
@@ -22,15 +24,13 @@ NO_GAS = 1e-6  # concentrations below so many standard deviations of a reading a
 class DOptimal:
     """D-optimal strategy: explore until there is a belief, then maximise expected information per second."""
 
-    local_candidates: int  # candidates about each hypothesis
-    random_candidates: int  # random candidates,
-    random_above_sd_m: float  # while the source's sd (root of the trace) is above this: far off no plume model is as accurate
-    distances_m: tuple[float, ...]  # from a hypothesis
-    ik_start_spread_rad: float  # spread of the start joints of the inverse kinematics: one position is reached by many poses
-
-    def check(self) -> None:
-        """Raise BadInput for a number of candidates or a length out of range."""
-        in_range(self, local_candidates=(0, 10_000), random_candidates=(1, 10_000), random_above_sd_m=(0, 100), ik_start_spread_rad=(0, 3))
+    local_candidates: Annotated[int, Within(0, 10_000)]  # candidates about each hypothesis
+    random_candidates: Annotated[int, Within(1, 10_000)]  # random candidates,
+    # random_above_sd_m: while the source's sd (root of the trace) is above this: far off no plume model is as accurate
+    random_above_sd_m: Annotated[float, Within(0, 100)]
+    distances_m: Annotated[tuple[float, ...], Within(1e-3, 10)]  # from a hypothesis
+    # ik_start_spread_rad: spread of the start joints of the inverse kinematics: one position is reached by many poses
+    ik_start_spread_rad: Annotated[float, Within(0, 3)]
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad."""

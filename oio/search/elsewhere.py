@@ -5,11 +5,13 @@ the source that was found. The next sniff is the one at which the most places th
 over the workspace box that is the greatest expected Bayes factor between one source and two.
 """
 
+from typing import Annotated
+
 import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.gas.range_law import LAW, SOURCE, concentration
 from oio.inference.sampling import halton
 from oio.search.d_optimal import path_is_clear, sd_m
@@ -23,18 +25,12 @@ POSES = 128  # candidate sniffs
 class LookElsewhere:
     """Settings of the look elsewhere; it costs a few moves in wind, where plumes are narrow, and next to none in still air."""
 
-    below_sd_m: float  # it begins when the root of the trace of the source's covariance is below this,
-    covered: float  # and ends when this share of the workspace box would have shown a source as strong,
-    least_gain: float  # or when no sniff adds at least so much to it
-    sniffs: int  # a place is tested by so many sniffs at which its source would have shown:
-    whiff_sigmas: float  # above this many standard deviations of a reading
-    contrast: float  # plus this much of the concentration of the source that was found
-
-    def check(self) -> None:
-        """Raise BadInput for a number out of range."""
-        in_range(
-            self, below_sd_m=(0, 100), covered=(0, 1), least_gain=(1e-6, 1), sniffs=(1, 1000), whiff_sigmas=(0, 1e6), contrast=(0, 1e3)
-        )
+    below_sd_m: Annotated[float, Within(0, 100)]  # it begins when the root of the trace of the source's covariance is below this,
+    covered: Annotated[float, Within(0, 1)]  # and ends when this share of the workspace box would have shown a source as strong,
+    least_gain: Annotated[float, Within(1e-6, 1)]  # or when no sniff adds at least so much to it
+    sniffs: Annotated[int, Within(1, 1000)]  # a place is tested by so many sniffs at which its source would have shown:
+    whiff_sigmas: Annotated[float, Within(0, 1e6)]  # above this many standard deviations of a reading
+    contrast: Annotated[float, Within(0, 1e3)]  # plus this much of the concentration of the source that was found
 
     def propose(self, view: View, rng: np.random.Generator) -> Array | None:
         """Return a pose (n,) rad at which another source may show; None if enough was tested, or the belief is not narrow yet."""

@@ -5,10 +5,12 @@ direction in which the sniffs hardly differ is probed first. The step shrinks wi
 in stochastic hill climbing (Rastrigin 1963) and much as bacteria do by chemotaxis (Berg 1975).
 """
 
+from typing import Annotated
+
 import numpy as np
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, refuse_below, settings
 from oio.search.sniff_history import sniff_history
 from oio.search.step_planning import box_diagonal_m, step_toward, tangent_directions
 from oio.search.view import View
@@ -18,15 +20,15 @@ from oio.search.view import View
 class Gradient:
     """Gradient ascent strategy; lengths are fractions of the diagonal of the nose's workspace box."""
 
-    fit_sniffs: int  # number of latest sniffs in the fit; the best one of them is the base point
-    step: float  # largest step
-    min_step: float  # smallest step
-    step_factor: float  # factor on the step after a move without gain; a gain divides by it
-    spread: float  # in steps: a direction in which the sniffs spread less (RMS) is probed
+    fit_sniffs: Annotated[int, Within(4, 1000)]  # number of latest sniffs in the fit; the best one of them is the base point
+    step: Annotated[float, Within(1e-4, 1)]  # largest step
+    min_step: Annotated[float, Within(1e-4, 1)]  # smallest step
+    step_factor: Annotated[float, Within(0.1, 1)]  # factor on the step after a move without gain; a gain divides by it
+    spread: Annotated[float, Within(0, 1)]  # in steps: a direction in which the sniffs spread less (RMS) is probed
 
     def check(self) -> None:
-        """Raise BadInput for a step or a number of sniffs out of range; a plane in space takes four sniffs."""
-        in_range(self, fit_sniffs=(4, 1000), min_step=(1e-4, 1.0), step=(self.min_step, 1.0), step_factor=(0.1, 1.0), spread=(0.0, 1.0))
+        """Raise BadInput for a first step below the shortest."""
+        refuse_below(self, "step", "min_step")
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad."""

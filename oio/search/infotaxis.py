@@ -11,11 +11,13 @@ about positions drawn from the cloud. Per second beats per move: after 30 s of t
 not 38 (medians of 40 runs).
 """
 
+from typing import Annotated
+
 import numpy as np
 from scipy.special import ndtr, ndtri, xlogy
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.search.sniff_history import joint_offsets, last_goal, sniff_history
 from oio.search.source_posterior import Likelihood, SourceParticles, posterior
 from oio.search.step_planning import is_allowed, nearest_poses, random_step
@@ -29,19 +31,14 @@ DRAWN = 10  # poses drawn per random candidate: most have the nose outside its w
 class Infotaxis:
     """Infotaxis strategy: resolution of the posterior and number of candidates."""
 
-    places: int  # source positions in the cloud
-    refinements: int  # refinements of the cloud, each to where the last one has its mass
-    strengths: int  # emission strengths about the best one of every position
-    model_discrepancy: float  # of a real plume from the range law (ln C)
-    levels: int  # of the quantised signal
-    random_candidates: int  # random candidates
-    local_candidates: int  # candidates about likely source positions
-    distances_m: tuple[float, ...]  # of the latter from these
-
-    def check(self) -> None:
-        """Raise BadInput for a number of positions, levels or candidates out of range."""
-        in_range(self, places=(8, 100_000), refinements=(0, 20), strengths=(1, 100), model_discrepancy=(0.0, 10.0), levels=(2, 100))
-        in_range(self, random_candidates=(1, 10_000), local_candidates=(0, 10_000))
+    places: Annotated[int, Within(8, 100_000)]  # source positions in the cloud
+    refinements: Annotated[int, Within(0, 20)]  # refinements of the cloud, each to where the last one has its mass
+    strengths: Annotated[int, Within(1, 100)]  # emission strengths about the best one of every position
+    model_discrepancy: Annotated[float, Within(0, 10)]  # of a real plume from the range law (ln C)
+    levels: Annotated[int, Within(2, 100)]  # of the quantised signal
+    random_candidates: Annotated[int, Within(1, 10_000)]  # random candidates
+    local_candidates: Annotated[int, Within(0, 10_000)]  # candidates about likely source positions
+    distances_m: Annotated[tuple[float, ...], Within(1e-3, 10)]  # of the latter from these
 
     def propose(self, view: View, rng: np.random.Generator) -> Array:
         """Return the next joint goal (n,) rad."""

@@ -1,8 +1,9 @@
 """Mapping policy: when a belief map is due, and when the plume counts as lost; decided from the moves alone, without the truth."""
 
 from collections.abc import Sequence
+from typing import Annotated
 
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, refuse_below, settings
 from oio.search.view import Move
 
 
@@ -10,26 +11,18 @@ from oio.search.view import Move
 class MappingPolicy:
     """Mapping schedule: explore, map, map again at growing intervals, and sooner while in doubt. Between maps the filter runs."""
 
-    explore_moves: int  # minimum moves before the first map,
-    min_whiffs: int  # and minimum moves with a whiff,
-    explore_max_moves: int  # but at most so many moves
-    lost_moves: int  # after so many silent moves in a row the plume is lost
-    remap_factor: float  # a new map is due after so many times the moves of the last one,
-    recheck_moves: int  # and while it is in doubt, after so many more moves
-    thorough_factor: float  # every alternative world is fitted after so many times the moves of the last such map
+    explore_moves: Annotated[int, Within(4, 1000)]  # minimum moves before the first map,
+    min_whiffs: Annotated[int, Within(0, 1000)]  # and minimum moves with a whiff,
+    explore_max_moves: Annotated[int, Within(4, 10_000)]  # but at most so many moves
+    lost_moves: Annotated[int, Within(1, 10_000)]  # after so many silent moves in a row the plume is lost
+    remap_factor: Annotated[float, Within(1, 100)]  # a new map is due after so many times the moves of the last one,
+    recheck_moves: Annotated[int, Within(1, 10_000)]  # and while it is in doubt, after so many more moves
+    # thorough_factor: every alternative world is fitted after so many times the moves of the last such map
+    thorough_factor: Annotated[float, Within(1, 1e6)]
 
     def check(self) -> None:
-        """Raise BadInput for a number out of range; a first map takes five measurements."""
-        in_range(
-            self,
-            explore_moves=(4, 1000),
-            min_whiffs=(0, 1000),
-            explore_max_moves=(self.explore_moves, 10_000),
-            lost_moves=(1, 10_000),
-            remap_factor=(1.0, 100.0),
-            recheck_moves=(1, 10_000),
-            thorough_factor=(1.0, 1e6),
-        )
+        """Raise BadInput for a longest exploration below the shortest."""
+        refuse_below(self, "explore_max_moves", "explore_moves")
 
     def lost(self, moves: Sequence[Move]) -> bool:
         """Return whether the plume is lost: the latest moves had no signal, so the source is not where it is believed."""

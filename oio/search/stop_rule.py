@@ -3,9 +3,11 @@
 It uses no truth.
 """
 
+from typing import Annotated
+
 import numpy as np
 
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.estimators.odometry import Odometry
 from oio.search.view import Move
 
@@ -14,15 +16,13 @@ from oio.search.view import Move
 class StopRule:
     """Stopping rule (self-declared success); checked after every move, and again after a map of the whole trace."""
 
-    sd_m: float  # root of the trace of the source's covariance is below this,
-    sniff_radius_m: float  # the nose has sniffed within this of the believed source,
-    min_sniffs: int  # so many times, with bouts,
-    max_nis: float  # one hypothesis is left, and the mean NIS of the latest readings, those before the map included, is below this
-    max_halves: float  # two halves of the readings agree on the source: their squared Mahalanobis distance is below this
-
-    def check(self) -> None:
-        """Raise BadInput for a threshold out of range."""
-        in_range(self, sd_m=(1e-5, 10), sniff_radius_m=(1e-3, 10), min_sniffs=(1, 1000), max_nis=(1, 1e6), max_halves=(1, 1e6))
+    sd_m: Annotated[float, Within(1e-5, 1)]  # root of the trace of the source's covariance is below this,
+    sniff_radius_m: Annotated[float, Within(1e-3, 10)]  # the nose has sniffed within this of the believed source,
+    min_sniffs: Annotated[int, Within(1, 1000)]  # so many times, with bouts,
+    # max_nis: one hypothesis is left, and the mean NIS of the latest readings, those before the map included, is below this
+    max_nis: Annotated[float, Within(1, 1e6)]
+    # max_halves: two halves of the readings agree on the source: their squared Mahalanobis distance is below this
+    max_halves: Annotated[float, Within(1, 1e6)]
 
     def may_declare(self, odometry: Odometry, moves: tuple[Move, ...]) -> bool:
         """Return whether the source may be declared after these moves."""

@@ -4,10 +4,12 @@ While several hypotheses are left and the best is nearly narrow enough to be dec
 sniffed yet. Of two hypotheses the sniff next to one has the greatest expected Bayes factor: there one foresees a peak, and the other none.
 """
 
+from typing import Annotated
+
 import numpy as np
 
 from oio.core.records import Array
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 from oio.search.d_optimal import path_is_clear, sd_m
 from oio.search.view import View
 
@@ -19,14 +21,10 @@ VAGUE = 4  # times as many sniffs about a hypothesis that is not narrow, such as
 class Verification:
     """Settings of the verification; it costs `sniffs` moves for every other hypothesis, VAGUE times as many while that is vague."""
 
-    below_sd_m: float  # it begins when the root of the trace of the best hypothesis's covariance is below this
-    radius_m: float  # a hypothesis was sniffed by a move that ended within this of it
-    sniffs: int  # so many times
-    distances_m: tuple[float, ...]  # of these sniffs from the hypothesis
-
-    def check(self) -> None:
-        """Raise BadInput for a number out of range."""
-        in_range(self, below_sd_m=(0, 100), radius_m=(1e-3, 10), sniffs=(0, 1000))
+    below_sd_m: Annotated[float, Within(0, 100)]  # it begins when the root of the trace of the best hypothesis's covariance is below this
+    radius_m: Annotated[float, Within(1e-3, 10)]  # a hypothesis was sniffed by a move that ended within this of it
+    sniffs: Annotated[int, Within(0, 1000)]  # so many times
+    distances_m: Annotated[tuple[float, ...], Within(1e-3, 10)]  # of these sniffs from the hypothesis
 
     def propose(self, view: View, rng: np.random.Generator) -> Array | None:
         """Return a pose (n,) rad next to a hypothesis that was not sniffed yet; None if there is no such hypothesis, or no such pose."""

@@ -3,10 +3,11 @@
 import sys
 
 from oio.cli import startup
+from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
 from oio.sweep.commands import main
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from oio.core.errors import BadInput
+from oio.core.standard_output import ended
 from oio.log import read_entries
 from oio.view.rerun_view import RerunView
 
@@ -38,4 +39,4 @@ def show(log: Path, view: RerunView) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

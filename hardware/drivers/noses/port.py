@@ -1,5 +1,7 @@
 """Configuration of a real gas sensor's port: driver selection and sentence format."""
 
+from typing import Annotated
+
 from hardware.drivers.noses import line, scd30, scd41
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock
@@ -8,7 +10,7 @@ from hardware.transport.mailbox import Mailbox
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import GasSample
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 DRIVERS = ("scd30", "scd41", "line")
 NEEDED = ("ms", "active", "adcA", "adcB")
@@ -23,7 +25,8 @@ class NosePort:
     port: str  # a path, usb:VENDOR:PRODUCT[:SERIAL], or ask
     talker: str  # first word of the sentence, after the $
     columns: tuple[str, ...]  # field names after the talker; NEEDED must be among them
-    stuck_after: int  # number of identical consecutive readings after which further ones are dropped as stuck
+    # stuck_after: number of identical consecutive readings after which further ones are dropped as stuck
+    stuck_after: Annotated[int, Within(2, 1_000_000)]
 
     def check(self) -> None:
         """Refuse unknown drivers and sentence formats without the required fields."""
@@ -34,7 +37,6 @@ class NosePort:
         missing = [name for name in NEEDED if name not in self.columns]
         if missing:
             raise BadInput(f"backend.nose.columns is {list(self.columns)}, but {missing[0]} is needed too. Type e.g. {list(NEEDED)}.")
-        in_range(self, stuck_after=(2, 10**6))
 
     @property
     def least_s(self) -> float:

@@ -1,12 +1,13 @@
 """Configuration of a real arm's port: driver selection and limits."""
 
 from collections.abc import Callable
+from typing import Annotated
 
 from hardware.drivers.servos.bus import Bus
 from hardware.drivers.servos.dynamixel import Dynamixel
 from hardware.drivers.servos.feetech import Feetech
 from oio.core.errors import BadInput
-from oio.core.settings import in_range, settings
+from oio.core.settings import Within, settings
 
 BUSES: dict[str, Callable[[], Bus]] = {"feetech": Feetech, "dynamixel": Dynamixel}
 NONE = "none"
@@ -18,15 +19,17 @@ class ArmPort:
 
     driver: str
     port: str | None  # a path, usb:VENDOR:PRODUCT[:SERIAL], or ask
-    period_s: float  # control period: joints are read and given a set-point this often
-    tracking_error_deg: float  # tracking error of a joint,
-    tracking_error_s: float  # that lasts for this long, holds the arm: an obstacle, or a stuck encoder
-    home_s: float  # least duration of the first move, to the arm's home
-    hands_off_deg: float  # an arm farther from home may be held by a person until it holds itself,
-    hands_off_s: float  # who gets this long to let go
-    moved_by_hand_deg: float  # an arm that was away, and comes back this far from where it was held, was moved by hand
-    health_every: int  # control periods between two readings of a servo's voltage and temperature, one servo after the other
-    fault_cycles: int  # control periods in a row with a fault, after which the arm is stopped
+    period_s: Annotated[float, Within(0.005, 0.1)]  # control period: joints are read and given a set-point this often
+    tracking_error_deg: Annotated[float, Within(1, 180)]  # tracking error of a joint,
+    tracking_error_s: Annotated[float, Within(0.05, 60)]  # that lasts for this long, holds the arm: an obstacle, or a stuck encoder
+    home_s: Annotated[float, Within(0.5, 60)]  # least duration of the first move, to the arm's home
+    hands_off_deg: Annotated[float, Within(0, 180)]  # an arm farther from home may be held by a person until it holds itself,
+    hands_off_s: Annotated[float, Within(0, 60)]  # who gets this long to let go
+    # moved_by_hand_deg: an arm that was away, and comes back this far from where it was held, was moved by hand
+    moved_by_hand_deg: Annotated[float, Within(0.5, 180)]
+    # health_every: control periods between two readings of a servo's voltage and temperature, one servo after the other
+    health_every: Annotated[int, Within(1, 10_000)]
+    fault_cycles: Annotated[int, Within(0, 10_000)]  # control periods in a row with a fault, after which the arm is stopped
     torque_off_at_end: bool  # disable torque at the end; else the joints hold their position
 
     def check(self) -> None:
@@ -41,9 +44,6 @@ class ArmPort:
                 f"backend.arm.driver={self.driver} has no port. Type backend.arm.port=/dev/ttyUSB0 (python -m hardware.ports finds it), or "
                 f"backend.arm.driver=none."
             )
-        in_range(self, period_s=(0.005, 0.1), tracking_error_deg=(1.0, 180.0), tracking_error_s=(0.05, 60.0))
-        in_range(self, home_s=(0.5, 60.0), hands_off_deg=(0.0, 180.0), hands_off_s=(0.0, 60.0), moved_by_hand_deg=(0.5, 180.0))
-        in_range(self, health_every=(1, 10**4), fault_cycles=(0, 10**4))
 
     def bus(self) -> Bus:
         """Create the servo bus of the driver."""

@@ -3,10 +3,10 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from oio.core.errors import BadInput
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 
 PASS, WARN, FAIL = WORDS = "PASS", "WARN", "FAIL"  # from good to bad
 NOTHING = "no stage that can be judged has run."
@@ -50,8 +50,8 @@ class Criterion(ABC):
     """Base of all criteria. Limits are (low, high) with null for an open end: PASS within `passes`, else WARN within `warns`, else FAIL."""
 
     about: ClassVar[str] = CALIBRATION
-    passes: Limits
-    warns: Limits
+    passes: Annotated[Limits, Within(-1e12, 1e12)]
+    warns: Annotated[Limits, Within(-1e12, 1e12)]
 
     def check(self) -> None:
         """Raise BadInput if `warns` does not hold `passes`."""

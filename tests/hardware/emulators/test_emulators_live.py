@@ -304,7 +304,7 @@ def test_an_error_in_the_loop_is_raised_at_the_end(up):
         (["nose=mq"], r"nose=mq was given, but nose can be scd30, scd41, line"),
         (["valve=tap"], r"valve can be line, none"),
         (["speed=0"], r"speed is 0, but 0.1 to 100"),
-        (["speed=fast"], r"speed is 'fast', but its type must be float"),
+        (["speed=fast"], r"speed is 'fast', but it must be a number"),
         (["backend=serial"], r"always backend=mujoco"),
         (["nose"], r"KEY=VALUE words are wanted"),
         (["dof=3", "dof=3"], r"dof was given twice"),

@@ -228,7 +228,7 @@ def test_rows_without_stamps_are_numbered_and_a_dropped_one_leaves_its_gap():
 
 @pytest.mark.parametrize(("name", "changes", "said"), [
     ("sgp30_64h", {"unit": "ppb"}, "ppm or ticks"), ("sgp30_64h", {"columns": ["H2"]}, "need as many"),
-    ("waag_ec", {"ug_m3_per_ppm": 0.0}, "greater than 0"), ("smellnet", {"period_s": 0.0}, "period_s"),
+    ("waag_ec", {"ug_m3_per_ppm": 0.0}, "0.001 to 1e\\+07 is allowed"), ("smellnet", {"period_s": 0.0}, "period_s"),
 ])  # fmt: skip
 def test_settings_that_cannot_be_are_refused(name, changes, said):
     with pytest.raises(InstantiationException, match=said):

@@ -130,7 +130,7 @@ def test_five_readings_on_one_count_are_luck_not_silence():
         ({"differential": "central"}, "bout.differential is 'central', but it can be smoothed or raw"),
         ({"threshold": "cusum"}, "Type bout=cusum"),
         ({"threshold": "mean"}, "bout.threshold is 'mean', but it can be max or mean_plus_3_sigma"),
-        ({"windows": {1: 1}}, "every window must have at least 2 readings"),
+        ({"windows": {1: 1}}, "window_by_dof.1 is 1, but 2 to 10000 is allowed"),
     ],
 )
 def test_other_readings_of_the_paper_are_refused(choices, said):

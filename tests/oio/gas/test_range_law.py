@@ -128,7 +128,7 @@ def test_a_strength_that_was_told_is_that_of_its_source_alone(built):
 
 @pytest.mark.parametrize("told", ["20.1", "-25", "1e9"])
 def test_a_strength_that_is_no_logarithm_is_refused(built, told):
-    with pytest.raises(Exception, match=r"natural logarithm of ppm. Type e.g. range_law.ln_strength=3.0") as refused:
+    with pytest.raises(Exception, match=r"-20 to 14 is allowed: it is the natural logarithm of ppm \(3 is 20 ppm\)") as refused:
         built("range_law", f"range_law.ln_strength={told}")
     assert isinstance(refused.value.__cause__, BadInput)
 

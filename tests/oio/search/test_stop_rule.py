@@ -134,7 +134,7 @@ def test_every_condition_alone_can_forbid(search, change):
 
 @pytest.mark.parametrize(
     ("key", "lowest", "highest"),
-    [("sd_m", 1e-5, 10.0), ("sniff_radius_m", 1e-3, 10.0), ("min_sniffs", 1, 1000), ("max_nis", 1.0, 1e6), ("max_halves", 1.0, 1e6)],
+    [("sd_m", 1e-5, 1.0), ("sniff_radius_m", 1e-3, 10.0), ("min_sniffs", 1, 1000), ("max_nis", 1.0, 1e6), ("max_halves", 1.0, 1e6)],
 )
 def test_senseless_rules_are_refused(key, lowest, highest):
     for value in (lowest, highest):

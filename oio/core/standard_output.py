@@ -1,0 +1,40 @@
+"""Standard output at the end of a command: all of it written, or nobody there to read it."""
+
+import errno
+import os
+import select
+import sys
+from collections.abc import Callable
+
+NOBODY_READS = 141  # 128 + SIGPIPE, as shells say
+
+
+def ended(main: Callable[[], int]) -> int:
+    """Run a command to its end, all that it printed written out; returns its exit code.
+
+    Where nobody reads its output any more (`| head -1`) it ends without a word, and where the output cannot be written with a line.
+    """
+    try:
+        try:
+            code = main()
+        except SystemExit:  # argparse, after its help
+            sys.stdout.flush()
+            raise
+        sys.stdout.flush()
+        return code
+    except OSError as error:
+        unread = isinstance(error, BrokenPipeError) and _nobody_reads()
+        if not unread and (error.errno != errno.ENOSPC or error.filename is not None):
+            raise
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - the interpreter writes out the rest as it ends
+        if unread:
+            return NOBODY_READS
+        os.write(2, f"oio: standard output cannot be written: {os.strerror(errno.ENOSPC).lower()}.\n".encode())
+        return 1
+
+
+def _nobody_reads() -> bool:
+    """Whether standard output is a pipe whose other end is closed."""
+    poll = select.poll()
+    poll.register(sys.stdout.fileno(), select.POLLOUT)
+    return any(state & (select.POLLERR | select.POLLHUP) for _, state in poll.poll(0))
