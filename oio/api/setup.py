@@ -4,7 +4,7 @@ import functools
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,6 @@ from oio.core.folders import CONF
 from oio.core.interfaces import Sensor
 from oio.kinematics.arm import Arm
 
-T = TypeVar("T")
 MARGIN_M = 0.3  # of the box about a nose path, in which its source is looked for
 
 
@@ -59,7 +58,7 @@ class Setup:
 
         return OmegaConf.select(self._composed.cfg, key)
 
-    def part(self, key: str, kind: type[T] | None = None) -> Any:
+    def part(self, key: str) -> Any:
         """What the configuration builds of one key, e.g. `belief_map`; frozen, and built once."""
         if key not in self._built:
             from hydra.utils import instantiate
