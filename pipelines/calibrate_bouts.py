@@ -8,11 +8,11 @@ from oio.core.interfaces import Sensor
 from oio.core.records import Array, Event, GasReading
 from oio.core.settings import Within, settings
 from oio.gas.bout_rates import CleanAir, simulated_false_alarms
-from oio.gas.bouts import Bout, effective_samples
+from oio.gas.bouts import Bout
 from oio.gas.detection_rule import DetectionRule, Detector
 from oio.gas.source import Source
 from oio.gas.trace import Trace
-from oio.inference.uncertainty import TypeA, type_a
+from oio.inference.uncertainty import TypeA, type_a_of_bouts
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration
 from oio.runtime.context import Context, sniff
@@ -40,7 +40,7 @@ class CalibrateBouts:
         """u_a of every rung up to `dof`, and the trace."""
         context.world.present("beacon")
         trace = Trace(self.path_period_s, self.trace_limit)
-        rungs = [self._rung(context, dof, trace) for dof in self.arm.ladder if dof <= self.arm.dof]
+        rungs = [self._rung(context, dof, trace) for dof in self.arm.rungs if dof <= self.arm.dof]
         return BoutCalibration(tuple(rungs), trace, _false_alarm_rate(self.bout, self.bout.window(self.arm.dof), self.sensor.elements))
 
     def _rung(self, context: Context, dof: int, trace: Trace) -> TypeA:
@@ -56,7 +56,7 @@ class CalibrateBouts:
             fired, signal = sum(b.fired for b in steps), steps[-1].smoothed_ppm if steps else 0.0
             what = f"dof={dof}, move {move + 1} of {self.moves_per_rung}"
             context.log.progress(context.world.t_ns, what, f"{signal:.1f} ppm above baseline, {fired} bouts")
-        return self._type_a(dof, k, steps)
+        return type_a_of_bouts(dof, k, steps, self.sensor.sample_s, self.sensor.tau_rise_s, self.moves_per_rung)
 
     def _allowed(self, q: Array, dof: int) -> np.ndarray:
         """Inside the box, and off the beacon itself."""
@@ -78,13 +78,6 @@ class CalibrateBouts:
                 if bout.fired:
                     context.log.write(Event(bout.t_ns, "bout", f"{bout.smoothed_ppm!r} ppm"))
         return bouts
-
-    def _type_a(self, dof: int, k: int, steps: list[Bout]) -> TypeA:
-        fired = [b for b in steps if b.fired]
-        spreads = [b.spread_ppm for b in fired or steps]
-        s = float(np.sqrt(np.mean(np.square(spreads)))) if spreads else 0.0
-        worth = effective_samples(k, self.sensor.sample_s, self.sensor.tau_rise_s)
-        return TypeA(dof, k, s, type_a(s, k), type_a(s, worth), len(fired), self.moves_per_rung)
 
 
 def _false_alarm_rate(rule: DetectionRule, k: int, elements: int) -> float:

@@ -21,8 +21,8 @@ def names(group):
 
 def overrides_of(group, name):
     """What must be typed with a choice to make it whole."""
-    if (group, name) == ("arm", "gantry"):
-        return ("arm=gantry", "dof=3")
+    if group == "arm" and name != "so101":
+        return (f"arm={name}", "dof=3")
     if (group, name) == ("backend", "replay"):
         return ("backend=replay", "backend.log=outputs/no/such.mcap")
     if (group, name) == ("backend", "recording"):

@@ -45,7 +45,8 @@ def _build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Ex
         raise BadInput(f"logging={cfg.logging} was given, but logging can be {' or '.join(LOGGING)}. Type e.g. logging=full.")
     if not isinstance(cfg.report, bool):
         raise BadInput(f"report={cfg.report} was given, but report can be true or false. Type e.g. report=false.")
-    _whole("dof", cfg.dof, f"a rung of the ladder: {', '.join(map(str, cfg.arm.ladder))}", str(cfg.arm.ladder[-1]))
+    rungs = [str(rung) for rung in cfg.arm.ladder or (1, 2, 3, "the number of its joints")]
+    _whole("dof", cfg.dof, f"a rung of the ladder: {', '.join(rungs)}", rungs[-1] if cfg.arm.ladder else "3")
     _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
     cfg.sensor_serial = _label(cfg.sensor_serial)
     names = {key: choices[key] for key in ("backend", "air", "ekf")}

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from oio.core.errors import BadInput
-from oio.core.records import Array, GasReading, GasSample, JointState, Truth, WorldSample, seconds
+from oio.core.records import Array, Belief, GasReading, GasSample, JointState, Truth, WorldSample, seconds
 from oio.figures.dead_reckoning import Encoders, encoders
 from oio.figures.run_history import SOURCE, TrackOverTime, track_over_time
-from oio.log import read_metadata, read_odometry, read_readings, read_samples, read_states
+from oio.log import LoggedRun, read_metadata, read_odometry, read_readings, read_samples, read_states
 
 ESTIMATE, DEAD_RECKONING, TRUTH = "estimate", "dead_reckoning", "truth"
 
@@ -52,17 +52,28 @@ def find_log(run: Path) -> Path:
 
 def read_run_record(log: Path, watched: Callable[[Iterator[WorldSample]], Iterator[WorldSample]] = iter) -> RunRecord:
     """Read a finished log; its samples pass through `watched`, which may show how far it is. Raises BadInput for anything else."""
-    identity = read_metadata(log)
-    joints, samples, truths = _sorted_out(watched(read_samples(log)))
+    return _record(log, read_metadata(log), watched(read_samples(log)), read_odometry(log), read_states(log), read_readings(log))
+
+
+def record_of(log: Path, run: LoggedRun) -> RunRecord:
+    """Return the same of a log that was read already."""
+    return _record(log, run.metadata, run.samples, run.odometry, run.states, run.readings)
+
+
+def _record(
+    log: Path, identity: dict[str, str], world: Iterable[WorldSample], odometry: Iterable[tuple[int, Array, Array]],
+    states: Iterable[tuple[tuple[str, ...], Belief]], read: Iterable[GasReading],
+) -> RunRecord:  # fmt: skip
+    joints, samples, truths = _sorted_out(world)
     arm = encoders(log, identity)
     noses = {
-        ESTIMATE: _last_of_equal(track_over_time(read_odometry(log))),
+        ESTIMATE: _last_of_equal(track_over_time(odometry)),
         DEAD_RECKONING: _last_of_equal(track_over_time([(t, p, None) for t, p in arm.noses(joints)] if arm else [])),
         TRUTH: track_over_time([(truth.t_ns, truth.nose_m, None) for truth in truths]),
     }
     true_source = track_over_time([(truth.t_ns, truth.source_m, None) for truth in truths])
     ppm = np.array([truth.ppm for truth in truths if np.all(np.isfinite(truth.nose_m))])
-    source, readings = _last_of_equal(track_over_time(_believed_sources(log))), tuple(read_readings(log))
+    source, readings = _last_of_equal(track_over_time(_believed_sources(states))), tuple(read)
     return RunRecord(log, identity, noses, source, true_source, ppm, tuple(joints), tuple(samples), readings, arm)
 
 
@@ -79,8 +90,8 @@ def _sorted_out(samples: Iterable[WorldSample]) -> tuple[list[JointState], list[
     return joints, gas, truths
 
 
-def _believed_sources(log: Path) -> Iterator[tuple[int, Array, Array]]:
-    for names, belief in read_states(log):
+def _believed_sources(states: Iterable[tuple[tuple[str, ...], Belief]]) -> Iterator[tuple[int, Array, Array]]:
+    for names, belief in states:
         if all(name in names for name in SOURCE):
             at = [names.index(name) for name in SOURCE]
             yield belief.t_ns, belief.mean[at], belief.cov[np.ix_(at, at)]

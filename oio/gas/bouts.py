@@ -81,12 +81,8 @@ def refuse_no_windows(window_by_dof: Mapping[int, int]) -> None:
 
 
 def window_for(window_by_dof: Mapping[int, int], dof: int) -> int:
-    """Return the window for `dof` joints; raises BadInput if there is none."""
-    if dof not in window_by_dof:
-        raise BadInput(
-            f"bout.window_by_dof has no window for dof={dof}; it has {window_by_dof}. Add one, e.g. '+bout.window_by_dof={{{dof}: 13}}'."
-        )
-    return window_by_dof[dof]
+    """Return the window for `dof` joints, 2 dof + 1 where none is given: the rule of the paper's best windows 3, 5, 7 and 11."""
+    return window_by_dof.get(dof, 2 * dof + 1)
 
 
 class BoutDetector:

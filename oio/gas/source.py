@@ -44,7 +44,7 @@ class Source:
 
 def unlocked(arm: Arm) -> Arm:
     """Return the arm with every joint unlocked: a source is placed for the whole arm, whatever the DoF in use."""
-    return replace(arm, dof=max(arm.ladder))
+    return replace(arm, dof=max(arm.rungs))
 
 
 def reachable(arm: Arm, place: Array, approach_m: float) -> bool:

@@ -92,7 +92,7 @@ def _describe_direction(direction: Array, strength_share: float, arm: Arm, stren
 
 
 def _remedy(arm: Arm) -> str:
-    higher = [rung for rung in arm.ladder if rung > arm.dof]
+    higher = [rung for rung in arm.rungs if rung > arm.dof]
     if not higher:
         return "sniff nearer, and at more distances (stage.navigate.max_moves)"
     return f"add {' and '.join(arm.all_names[arm.dof : higher[0]])} (dof={higher[0]})"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array
+from oio.gas.bouts import Bout, effective_samples
 
 STATIC_SOURCE_Q_M2_S = 1e-10  # process noise of a source that stands still, for the numerics [m^2/s]
 
@@ -37,6 +38,16 @@ class TypeB:
 def type_a(s_ppm: float, k: float) -> float:
     """Type A uncertainty u_a = s / sqrt(k) [ppm], eq. (2); k may be an effective sample size."""
     return s_ppm / float(np.sqrt(k))
+
+
+def type_a_of_bouts(dof: int, k: int, steps: list[Bout], sample_s: float, tau_rise_s: float, moves: int) -> TypeA:
+    """Type A uncertainty of a rung from the steps of its bout rule, of window k over readings every `sample_s` through a lag: the root
+    mean square of the spread within the bouts, or within all steps if none was a bout."""
+    fired = [b for b in steps if b.fired]
+    spreads = [b.spread_ppm for b in fired or steps]
+    s = float(np.sqrt(np.mean(np.square(spreads)))) if spreads else 0.0
+    worth = effective_samples(k, sample_s, tau_rise_s)
+    return TypeA(dof, k, s, type_a(s, k), type_a(s, worth), len(fired), moves)
 
 
 def type_b(miss_m: float, moves: int) -> float:

@@ -12,6 +12,7 @@ from oio.core.records import Array
 from oio.core.settings import Within, settings
 from oio.kinematics.chain_from_model import KinematicChain, NosePoint, load_chain
 from oio.kinematics.homing import Homing
+from oio.kinematics.homing_file import read_homing
 from oio.kinematics.workspace import Workspace
 
 
@@ -28,7 +29,8 @@ class Arm(Workspace):
     nose_body: str | None  # or, if it is given, the nose is on this body (the only way in a URDF),
     nose_offset_m: Annotated[tuple[float, float, float], Within(-2, 2)]  # here in the frame of that body
     dof: Annotated[int, Within(1, 100)]  # how many joints move, a rung of the ladder
-    ladder: Annotated[tuple[int, ...], Within(1, 100)]  # rungs in the order of calibration
+    # ladder: rungs in the order of calibration; None: 1, 2, 3 and all joints, as the paper's 1, 2, 3, 5
+    ladder: Annotated[tuple[int, ...] | None, Within(1, 100)]
     home_rad: Annotated[tuple[float, ...], Within(-100, 100)]  # rest pose, all joints
     # box_low_m: the nose stays in this box (table, base, person) in the base frame
     box_low_m: Annotated[tuple[float, float, float], Within(-100, 100)]
@@ -38,14 +40,17 @@ class Arm(Workspace):
     nose_limit_m_s: Annotated[float, Within(1e-3, 100)]  # m/s; `duration_s` plans by the chord, and on a curved path the nose is faster
     encoder_drift_deg_s2: Annotated[float, Within(0, 10)]  # bound on the encoders' quadratic drift
     homing_offset_deg: Annotated[float, Within(0, 90)]  # standard deviation of the homing offset
-    homing: str | None  # file of `python -m hardware.home`, whose uncertainties come on top
+    homing: str | None  # file of `python -m hardware.home`, or LeRobot's calibration; its uncertainties come on top
     backlash_deg: Annotated[float, Within(0, 90)]  # peak to peak
 
     def check(self) -> None:
         """Refuse a DoF off the ladder, a home of the wrong length or out of limits."""
-        if self.dof not in self.ladder:
-            rungs = ", ".join(map(str, self.ladder))
-            raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.ladder[-1]}.")
+        if self.dof not in self.rungs:
+            rungs = ", ".join(map(str, self.rungs))
+            raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.rungs[-1]}.")
+        if list(self.rungs) != sorted({*self.rungs}) or self.rungs[-1] > len(self.all_names):
+            given = f"arm.ladder is {list(self.rungs)}, but its rungs must rise, from 1 at least to the {len(self.all_names)} joints of"
+            raise BadInput(f"{given} {self.mjcf}. Type arm.ladder=null for 1, 2, 3 and all.")
         if len(self.home_rad) != len(self.all_names):
             raise BadInput(f"arm.home_rad has {len(self.home_rad)} values, but {self.mjcf} has {len(self.all_names)} joints.")
         low, high = self.model.low, self.model.high
@@ -54,6 +59,11 @@ class Arm(Workspace):
             raise BadInput(f"arm.home_rad is {list(self.home_rad)}, but the limits are {low.tolist()} to {high.tolist()} rad.")
         if self.homing is not None:
             _ = self.homed  # a wrong file is refused now
+
+    @cached_property
+    def rungs(self) -> tuple[int, ...]:
+        """Numbers of joints that may be unlocked, in the order of calibration."""
+        return tuple(sorted({1, 2, 3, len(self.all_names)} & {*range(1, len(self.all_names) + 1)})) if self.ladder is None else self.ladder
 
     @property
     def path(self) -> Path:
@@ -80,8 +90,8 @@ class Arm(Workspace):
 
     @cached_property
     def homed(self) -> Homing | None:
-        """What the homing file says of all joints; None without one."""
-        return None if self.homing is None else Homing.read(self.homing, len(self.all_names))
+        """What the homing file, ours or LeRobot's, says of all joints; None without one."""
+        return None if self.homing is None else read_homing(self.homing, self.model.low, self.model.high)
 
     @property
     def homing_u_deg(self) -> Array:

@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from oio.core.errors import BadInput
 from oio.core.records import Array
 
 TURN = 2.0 * math.pi
-MOST_COUNTS = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,20 +38,3 @@ class Homing:
         """As JSON."""
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
-
-    @staticmethod
-    def read(path: str, joints: int) -> "Homing":
-        """From JSON. Raises BadInput for a file that is not one, or one of another arm."""
-        try:
-            data = json.loads(Path(path).expanduser().read_text(encoding="utf-8"))
-            read = Homing(tuple(data["zero_counts"]), tuple(data["sign"]), tuple(float(u) for u in data["u_deg"]))
-        except (OSError, ValueError, TypeError, KeyError):
-            raise BadInput(f"arm.homing={path} is no homing file. Make one: python -m hardware.home out={path}.") from None
-        fits = {len(read.zero_counts), len(read.sign), len(read.u_deg)} == {joints}
-        sane = fits and all(type(z) is int and 0 <= z < MOST_COUNTS for z in read.zero_counts) and all(s in (-1, 1) for s in read.sign)
-        if not sane or not all(math.isfinite(u) and 0 <= u <= 180 for u in read.u_deg):
-            raise BadInput(
-                f"arm.homing={path} must have {joints} zeros of 0 to {MOST_COUNTS - 1} counts, signs of 1 or -1, and uncertainties of "
-                f"0 to 180 degrees. Make it anew: python -m hardware.home out={path}."
-            )
-        return read

@@ -101,7 +101,7 @@ def _checksum_holds(framed: bytes) -> bool:
     record = _parsed(framed)
     if isinstance(record, Attachment):
         (crc,) = _U32.unpack(framed[-_U32.size :])
-        return crc != 0 and zlib.crc32(framed[HEAD.size : -_U32.size]) == crc
+        return bool(crc != 0 and zlib.crc32(framed[HEAD.size : -_U32.size]) == crc)
     if not isinstance(record, Chunk) or record.compression not in ("", "lz4", "zstd") or record.uncompressed_crc == 0:
         return False
     try:

@@ -99,7 +99,7 @@ def _via_poses(arm: Arm, q_from: Array, q_to: Array, margin_m: float, far_m: flo
     raise BadInput(
         f"no path was found from {np.round(q_from, 3).tolist()} to {np.round(q_to, 3).tolist()} rad on which the nose stays between "
         f"arm.box_low_m={list(arm.box_low_m)} and arm.box_high_m={list(arm.box_high_m)}; on the straight one it leaves that by "
-        f"{1e3 * far_m:.0f} mm. Ask for a pose with the elbow bent as it is now, let more joints move (dof={arm.ladder[-1]}), or widen the "
+        f"{1e3 * far_m:.0f} mm. Ask for a pose with the elbow bent as it is now, let more joints move (dof={arm.rungs[-1]}), or widen the "
         f"box."
     )
 

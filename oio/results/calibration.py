@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from oio.core.records import Array
 from oio.gas.bouts import ElementBaseline
 from oio.gas.timing import Delay
 from oio.gas.trace import Trace
+from oio.inference.beacon_repeats import Repeat
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 from oio.inference.uncertainty import Noise, TypeA, TypeB
@@ -52,20 +52,6 @@ class BoutCalibration:
     def last(self) -> TypeA:
         """Type A of the top rung of the DoF ladder."""
         return self.rungs[-1]
-
-
-@dataclass(frozen=True)
-class Repeat:
-    """One repeat of trilateration of the known source: Voronoi vertex of the spheres, refined position, and its covariance."""
-
-    centres_m: Array  # (k, 3)
-    radii_m: Array  # (k,)
-    vertex_m: Array | None  # (3,), None if the spheres do not determine one
-    refined_m: Array  # (3,)
-    refined_cov_m2: Array  # (3, 3)
-    miss_m: float
-    nees: float
-    moves: int  # until one place was left, or as many as were made
 
 
 @dataclass(frozen=True)

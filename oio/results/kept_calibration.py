@@ -61,7 +61,11 @@ class KeptCalibration:
 def read_kept(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
     """Read and check a calibration.yaml. Raises BadInput where it cannot be read, is not whole, or was made with other joints or another
     reference distance."""
-    text = _text(path)
+    return kept_of(_text(path), path, arm, law)
+
+
+def kept_of(text: str, path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
+    """Check the text of a calibration.yaml; `path` names it in errors, which are those of `read_kept`."""
     read = Fields(plain_yaml(text, path, EXAMPLE), path)
     if read.text("schema") != SCHEMA:
         made = f"{path} has schema '{read.text('schema')}', but a run can begin with {SCHEMA} alone"

@@ -18,6 +18,7 @@ from oio.core.folders import CONF, ROOT
 CODE = ("oio", "pipelines", "hardware")
 SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv")
 NO_RESULT = (
+    "oio/api",
     "oio/bench",
     "oio/compare",
     "oio/doctor",

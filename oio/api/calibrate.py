@@ -1,0 +1,137 @@
+"""`calibrate`: source law, lag, offsets, R and Q from readings in clean air and at a source of known place."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from oio.api import array_input
+from oio.api.calibration import Calibration
+from oio.api.calibration_file import calibration_of
+from oio.api.location import fitting
+from oio.api.path_stream import stream
+from oio.api.samples import JointPath, Readings
+from oio.api.setup import Setup
+from oio.core.errors import BadInput
+from oio.core.records import Array, GasReading, nanoseconds, seconds
+from oio.gas.bouts import Bout, ElementBaseline, element_baseline
+from oio.gas.timing import shift_path
+from oio.inference.beacon_repeats import BeaconSurvey
+from oio.inference.prior import calibrated_prior, cold_prior
+from oio.inference.uncertainty import TypeA, assemble_q_r, type_a_of_bouts, type_b_of_repeats
+from oio.results import calibration as results
+from oio.results.calibration_file import calibration_yaml
+from oio.results.verdict import judge
+from oio.runtime.gas_stream import GasStream, StreamGaps
+
+PRIOR_READINGS = 10  # the data sheet's noise counts as this many readings
+PER_REPEAT, REPEATS = 5, 5  # measurements of a repeat, and repeats where nobody told when the nose stood still
+
+
+def calibrate(
+    readings: Readings, poses: JointPath, beacon_m: ArrayLike, *, clean_air_s: Sequence[float], beacon_s: Sequence[float],
+    setup: Setup | None = None, measurement_ends_s: ArrayLike | None = None, beacon_u_m: float = 0.001,
+) -> Calibration:  # fmt: skip
+    """Calibrate at one source of known place beacon_m (3,) [m], each axis known to `beacon_u_m`, along a path that holds all readings.
+
+    `clean_air_s`, `beacon_s`: (begin, end) [s] of the readings before any gas, and while the beacon was open. `measurement_ends_s` (m,):
+    when the nose left each place at which it sniffed, at least 10 of them: five measurements at a time locate the beacon again, which is
+    the Type B uncertainty; None: 25 equal parts of `beacon_s`. `setup`: None is the SO-101 with five joints, or no arm for a `NosePath`,
+    with the sensor `ec`. Takes some seconds. Raises BadInput for what does not fit together, NotObservable for too few readings.
+    """
+    setup = fitting(setup or Setup(), poses)
+    arm, nominal = setup.robot, setup.part("nominal")
+    clean, lit = array_input.span("clean_air_s", clean_air_s), array_input.span("beacon_s", beacon_s)
+    if lit[0] < clean[1]:
+        raise BadInput(
+            f"beacon_s begins at {lit[0]:g} s, but clean_air_s ends at {clean[1]:g} s. Give clean air before the beacon was open."
+        )
+    ends_s = _ends(measurement_ends_s, lit)
+    air, gas = (readings.between(*span).records(setup.nose, nominal.sigma_ppm) for span in (clean, lit))
+    baselines, noise_scale = _baselines(air, setup)
+    place = array_input.vector("beacon_m", beacon_m, 3), float(array_input.vector("beacon_u_m", [beacon_u_m])[0])
+    offsets = np.array([b.ppm for b in baselines]), np.array([b.u_ppm for b in baselines])
+    known = setup.part("range_law"), setup.part("process_noise"), setup.part("belief_map"), nominal
+    survey = BeaconSurvey(arm, *known, place, offsets, noise_scale)
+    trace = setup.part("belief_map").trace()
+    for sensed in stream(poses, gas):
+        trace.add(sensed)
+    delay = survey.delay(trace.as_arrays())
+    sniffs = shift_path(trace.as_arrays(), delay.s)
+    fit = survey.fit(sniffs)
+    repeats = tuple(survey.repeat(sniffs, ends_s[b:], PER_REPEAT, fit) for b in range(0, len(ends_s) - PER_REPEAT, PER_REPEAT))
+    misses = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
+    type_b, rung = type_b_of_repeats(*misses, tuple(r.moves for r in repeats)), _type_a(gas, baselines, setup, len(ends_s) - 1)
+    error_ppm = float(np.hypot(rung.u_a_effective_ppm, np.linalg.norm(offsets[1]) / len(baselines)))
+    gaps, box_sd_m = _gaps(gas), arm.box_sd_m
+    found = results.MapCalibration(fit, repeats, type_b, nanoseconds(lit[1]), error_ppm, len(ends_s) - 1, delay, gaps, box_sd_m)
+    base = results.BaselineResult(baselines, noise_scale, nanoseconds(clean[0]))
+    text = _text(setup, found, rung, base)
+    return calibration_of(text, "the calibration", setup)
+
+
+def _ends(given: ArrayLike | None, lit: tuple[float, float]) -> list[float]:
+    """Begin of the first measurement and ends of all."""
+    if given is None:
+        return [float(t_s) for t_s in np.linspace(*lit, REPEATS * PER_REPEAT + 1)]
+    ends = array_input.times("measurement_ends_s", given)
+    if len(ends) < 2 * PER_REPEAT or ends[0] <= lit[0] or ends[-1] > lit[1]:
+        raise BadInput(
+            f"measurement_ends_s has {len(ends)} times from {ends[0]:g} to {ends[-1]:g} s, but {2 * PER_REPEAT} or more after the begin of "
+            f"beacon_s and not after its end are wanted, {lit[0]:g} to {lit[1]:g} s. Leave it out if the nose never stood still."
+        )
+    return [lit[0], *ends.tolist()]
+
+
+def _baselines(air: list[GasReading], setup: Setup) -> tuple[tuple[ElementBaseline, ...], float]:
+    """Baseline of each element, and the variance about a line over that of the data sheet."""
+    sums, dof, made = float(PRIOR_READINGS), float(PRIOR_READINGS), []
+    for e in range(setup.nose.elements):
+        own = [reading for reading in air if reading.element == e]
+        if len(own) < 3:
+            raise BadInput(f"element {e} has {len(own)} readings in clean_air_s, but at least 3 are wanted. Give a longer span.")
+        t_s, ppm = _columns(own)
+        made.append(element_baseline(ppm, float(np.median(np.diff(t_s))), setup.part("nominal").rise_s, own[0].sigma_ppm))
+        residual = ppm - np.polyval(np.polyfit(t_s - t_s[0], ppm, 1), t_s - t_s[0])
+        sums += float(np.sum((residual / own[0].sigma_ppm) ** 2))
+        dof += len(own) - 2
+    return tuple(made), max(sums / dof, 0.1)
+
+
+def _columns(own: list[GasReading]) -> tuple[Array, Array]:
+    return np.array([seconds(r.t_ns) for r in own]), np.array([r.ppm for r in own])
+
+
+def _type_a(gas: list[GasReading], baselines: tuple[ElementBaseline, ...], setup: Setup, moves: int) -> TypeA:
+    rule, dof = setup.part("bout"), setup.robot.dof
+    k = rule.window(dof)
+    detector, steps = rule.detector(k, baselines), list[Bout]()
+    for reading in gas:
+        bout = detector.feed(reading)
+        steps += [] if bout is None else [bout]
+    return type_a_of_bouts(dof, k, steps, float(np.median(np.diff(_columns(gas)[0]))), setup.part("nominal").rise_s, moves)
+
+
+def _gaps(readings: list[GasReading]) -> StreamGaps:
+    seen = GasStream()
+    for reading in readings:
+        seen.arrived(reading.t_ns)
+    return seen.gaps()
+
+
+def _text(setup: Setup, found: results.MapCalibration, rung: TypeA, base: results.BaselineResult) -> str:
+    law, walks, nominal = setup.part("range_law"), setup.part("process_noise"), setup.part("nominal")
+    noises = {name: assemble_q_r(name, rung.u_a_ppm, found.type_b) for name in ("gum", "paper")}
+    late = replace(nominal, delay_s=found.delay.s)
+    chosen, paper = (calibrated_prior(found.fit, setup.robot, walks, late, noises[name]) for name in ("gum", "paper"))
+    cold, cold_open = (cold_prior(setup.robot, law, walks, nominal, pinned) for pinned in (True, False))
+    calibration = results.Calibration(
+        chosen, paper, cold, cold_open, noises["gum"], seconds(found.ended_ns - base.began_ns), found.error_ppm, rung.u_a_ppm,
+        found.type_b.u_b_m, found.moves, base.elements,
+    )  # fmt: skip
+    verdict = judge({results.BaselineResult: base, results.MapCalibration: found}, setup.part("verdict"))
+    held = {"sensor": setup.nose.name, "serial": None, "arm": setup.robot.name, "profile": setup.profile, "air": "unknown"}
+    made: dict[str, object] = {"started": None, "devices": {}}
+    bouts = results.BoutCalibration((rung,), setup.part("belief_map").trace(), 0.0)
+    return calibration_yaml(calibration, bouts, found, noises, held, made, verdict, found.ended_ns)

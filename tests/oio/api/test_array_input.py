@@ -1,0 +1,90 @@
+"""Wrong arrays are refused at the door, in one paragraph that says what was given and what is wanted."""
+
+import numpy as np
+import pytest
+
+import oio
+
+T = np.arange(5.0)
+SETUP = oio.Setup(sensor="ndir", dof=3)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: oio.Readings(T, ppm=np.ones(4)), r"Readings.ppm has the shape \(4,\), but \(5,\) is wanted"),
+        (lambda: oio.Readings(T, ppm=np.ones((5, 1))), r"shape \(5, 1\), but \(5,\)"),
+        (lambda: oio.Readings(T), "neither ppm and raw"),
+        (lambda: oio.Readings(T, ppm=T, raw=T), "both ppm and raw"),
+        (lambda: oio.Readings([], ppm=[]), "Readings.t_s is empty"),
+        (lambda: oio.Readings(T, ppm=[1, 2, np.nan, 4, 5]), "1 of 5 rows that are no finite numbers, the first is row 2"),
+        (lambda: oio.Readings(T, ppm=[1, 2, "three", 4, 5]), "cannot be read as an array of numbers"),
+        (lambda: oio.Readings(T[::-1], ppm=T), "must not decrease, but 3.000000 s in row 1 comes after 4.000000 s"),
+        (lambda: oio.Readings(T - 1.0, ppm=T), "from -1 to 3 s, but 0 to"),
+        (lambda: oio.Readings(T + 1.7e18, ppm=T), "Subtract the time of the beginning"),
+        (lambda: oio.Readings(T, ppm=T, element=0.5), "element indices are 0, 1"),
+        (lambda: oio.Readings(T, ppm=T, element=[-1, 0, 0, 0, 0]), "such as -1"),
+        (lambda: oio.Readings(T, ppm=T, sigma_ppm=0.0), "greater than 0"),
+        (lambda: oio.Readings(T, ppm=T).between(7, 9), "no reading from 7 to 9 s; there are some from 0 to 4 s"),
+        (lambda: oio.JointPath(T, np.ones(5)), r"JointPath.q has the shape \(5,\), but \(5, n\) is wanted"),
+        (lambda: oio.JointPath([0, 1, 1], np.ones((3, 2))), "must increase, but 1.000000 s in row 2 comes after 1.000000 s"),
+        (lambda: oio.NosePath(T, np.ones((5, 2))), r"NosePath.p_m has the shape \(5, 2\), but \(5, 3\) is wanted"),
+        (lambda: oio.NosePath(T, np.full((5, 3), np.inf)), "5 of 5 rows"),
+        (lambda: oio.locate(oio.Readings(T, ppm=T), oio.JointPath(T, np.ones((5, 3)))), "neither a calibration nor a setup"),
+        (lambda: oio.locate(oio.Readings(T, ppm=T), oio.JointPath(T, np.ones((5, 2))), setup=SETUP), r"\(k, 3\) is wanted.*dof=2"),
+        (lambda: oio.locate(oio.Readings(T + 1, ppm=T), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "poses from 0 to 4 s"),
+        (lambda: oio.locate(oio.Readings(T, ppm=T, element=1), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "element 1 was given"),
+        (lambda: oio.locate(oio.Readings(T, raw=T + 1e6), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "upper end of the sensor"),
+        (lambda: SETUP.boxed([[0, 0, 0], [1, 0, 1]]), "a size on every axis"),
+        (lambda: SETUP.boxed([0, 0, 0, 1, 1, 1]), r"\(2, 3\) is wanted"),
+        (lambda: oio.Setup(sensor="ndri"), "ndir"),
+        (lambda: oio.Setup(overrides={"nominal.rise": 1.0}), "nominal.rise"),
+        (lambda: oio.Setup(overrides={"nominal.delay_s": object()}), "can be a number, a text"),
+        (lambda: oio.Setup(overrides={"nominal.delay_s": -1.0}), "nominal.delay_s is -1, but 0 to 10 is allowed"),
+        (lambda: oio.simulate(backend="replay"), "only mujoco is simulated"),
+        (lambda: oio.simulate(logging="summary"), "read from the log"),
+        (lambda: oio.simulate(dof=4), "dof=4 is not on the ladder"),
+        (lambda: oio.simulate(stage=["warm_pu"]), "warm_up"),
+        (lambda: oio.load_run("nowhere"), "no such file or folder"),
+        (lambda: oio.load_calibration("nowhere.yaml"), "cannot be read"),
+    ],
+)
+def test_one_paragraph_says_what_was_given_and_what_is_wanted(make, said):
+    with pytest.raises(oio.BadInput, match=said) as refused:
+        make()
+    assert "\n" not in str(refused.value) and len(str(refused.value)) < 600
+
+
+@pytest.mark.parametrize(
+    ("feed", "said"),
+    [
+        (lambda o: o.joints(2.0, [0, 0]), r"joints: q has the shape \(2,\), but \(3,\) is wanted"),
+        (lambda o: o.joints(2.0, [0, 0, np.nan]), "no finite numbers"),
+        (lambda o: o.joints(1.0, [0, 0, 0]), "twice"),
+        (lambda o: o.joints(0.5, [0, 0, 0]), "must not decrease"),
+        (lambda o: o.joints(np.nan, [0, 0, 0]), "no finite numbers"),
+        (lambda o: o.reading(0.5, 420.0), "must not decrease"),
+        (lambda o: o.reading(2.0), "neither ppm and raw"),
+        (lambda o: o.reading(2.0, 1.0, raw=1.0), "both ppm and raw"),
+        (lambda o: o.reading(2.0, 1.0, element=2), "element 2 was given, but sensor 'ndir' has 1"),
+        (lambda _: oio.Odometry(), "neither a calibration nor a setup"),
+        (lambda _: oio.Odometry(setup=SETUP, assembly="gmu").locate(), "before any joints"),
+    ],
+)
+def test_a_sample_that_does_not_fit_is_refused_by_the_odometry(feed, said):
+    odometry = oio.Odometry(setup=SETUP)
+    odometry.joints(1.0, [0.0, -1.0, 0.6])
+    with pytest.raises(oio.BadInput, match=said):
+        feed(odometry)
+
+
+def test_too_few_readings_say_so():
+    with pytest.raises(oio.NotObservable, match="fewer than two readings"):
+        oio.locate(oio.Readings([1.0], ppm=[420.0]), oio.JointPath(T, np.ones((5, 3))), setup=SETUP)
+
+
+def test_a_missed_or_saturated_reading_is_no_error_in_a_loop():
+    odometry = oio.Odometry(setup=SETUP)
+    odometry.joints(1.0, [0.0, -1.0, 0.6])
+    assert odometry.reading(1.0, ppm=np.nan) is None and odometry.reading(1.0, raw=40_000.0) is None
+    assert odometry.source() is None and odometry.nose() is None and odometry.belief is None
