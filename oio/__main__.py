@@ -7,6 +7,7 @@ import sys
 from oio import __version__
 from oio.cli import startup
 from oio.cli.command_table import COMMANDS
+from oio.core.standard_output import ended
 
 startup.handle_signals("__main__")  # whichever command follows
 
@@ -19,6 +20,10 @@ USAGE = """usage: oio COMMAND ...            `oio COMMAND --help` says more of e
 
 def main() -> int:
     """Run the command that is named; returns the exit code, unless the command ends the process itself."""
+    return ended(_main)
+
+
+def _main() -> int:
     words = sys.argv[1:]
     name = words[0] if words else "--help"
     if name in COMMANDS:

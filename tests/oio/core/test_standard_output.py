@@ -10,7 +10,7 @@ import pytest
 from oio.core.standard_output import ended
 
 ROOT = Path(__file__).resolve().parents[3]
-HELP = (("oio.run", "--help"), ("oio.run", "--version"), ("oio.compare", "--help"), ("hardware.ports", "--help"))
+HELP = (("oio.run", "--help"), ("oio.run", "--version"), ("oio", "--help"), ("oio.compare", "--help"), ("hardware.ports", "--help"))
 DONE = (0, 141)
 
 
