@@ -54,7 +54,15 @@ def test_an_arm_climbs_toward_the_beacon_and_its_log_replays_to_the_bit(emulator
     assert timedelta(0) < datetime.now(UTC) - began < timedelta(hours=1) and samples[0].t_ns < 60e9
     q = np.array([s.q for s in samples if isinstance(s, JointState)])
     assert np.sum(np.ptp(q, axis=0) > 0.02) >= 3  # joints that have moved
-    words = [sys.executable, "-m", "oio.run", "report=false", "backend=replay", f"backend.log={run.log}", f"hydra.run.dir={tmp_path / 'again'}"]
+    words = [
+        sys.executable,
+        "-m",
+        "oio.run",
+        "report=false",
+        "backend=replay",
+        f"backend.log={run.log}",
+        f"hydra.run.dir={tmp_path / 'again'}",
+    ]
     again = subprocess.run(words, cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
     assert again.returncode == 0, again.stderr
     first, second = (json.loads((out / "summary.json").read_text(encoding="utf-8")) for out in (run.out, tmp_path / "again"))
@@ -101,7 +109,9 @@ def test_a_port_that_is_not_there_is_refused_in_one_paragraph(tmp_path, arm):
     ]
     words += ["backend.valve.driver=none", *arm]
     Homing.nominal(5, 2048).write(tmp_path / "homing.json")
-    run = subprocess.run([sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        [sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, env=ENV, capture_output=True, text=True, check=False
+    )
     assert run.returncode == 2 and "no such port" in run.stderr and "hardware.ports" in run.stderr and "Traceback" not in run.stderr
     assert not (tmp_path / "out").exists()
 

@@ -100,7 +100,18 @@ class Room:
 
     def run(self, out: Path, *words: str, within_s: float = 300) -> "subprocess.CompletedProcess[str]":
         """`python -m oio.run` against it."""
-        command = [sys.executable, "-m", "oio.run", "report=false", "backend=serial", *SENSOR, NOT_STUCK, *self.words, *words, f"hydra.run.dir={out}"]
+        command = [
+            sys.executable,
+            "-m",
+            "oio.run",
+            "report=false",
+            "backend=serial",
+            *SENSOR,
+            NOT_STUCK,
+            *self.words,
+            *words,
+            f"hydra.run.dir={out}",
+        ]
         return subprocess.run(command, cwd=ROOT, env=ENV, capture_output=True, text=True, timeout=within_s, check=False)
 
 

@@ -78,7 +78,9 @@ def test_the_command_takes_a_foreign_arm(kind, built, foreign_models, tmp_path):
     keys |= {"dof": changes["dof"], "beacon.position": place, "source.position": place, "beacon.approach_m": 0.1, "source.approach_m": 0.1}
     words = [f"{key}={typed(value)}" for key, value in keys.items()]
     words += ["stage=[warm_up,baseline]", "sensor=ndir", f"hydra.run.dir={tmp_path / 'run'}"]
-    done = subprocess.run([sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert read_attachment(tmp_path / "run" / "run.mcap", "arm.mjcf").startswith(b"<mujoco")
 
