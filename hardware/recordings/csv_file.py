@@ -39,11 +39,9 @@ class CsvFile(TableMapping):
         values, rest = np.split(table.values, [len(columns)], axis=1)
         return RecordedRows(
             name, table.t_s, values / (mapping.per_ppm or 1.0), place_m=None, source_m=None, release_s=0.0, dropped=table.dropped,
-            columns=columns, unit="ppm" if self._is_ppm(mapping) else mapping.unit or "", climate=rest if rest.size else None, notes=read.notes,
+            columns=columns, unit="ppm" if mapping.per_ppm != 1.0 else mapping.unit or "", climate=rest if rest.size else None,
+            notes=read.notes,
         )  # fmt: skip
-
-    def _is_ppm(self, mapping: TableMapping) -> bool:
-        return mapping.unit == "ppm" or mapping.per_ppm != 1.0
 
     def parts(self) -> Mapping[str, Part]:
         """Return the parts: the whole log, played while no source is presented."""

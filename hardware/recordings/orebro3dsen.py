@@ -10,7 +10,7 @@ from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.errors import BadInput
 from oio.core.settings import settings
 from oio.tabular.layout import find_layout
-from oio.tabular.rows import Wanted, read_table
+from oio.tabular.table import Wanted, read_table
 from oio.tabular.text import decode
 
 

@@ -9,7 +9,7 @@ from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.errors import BadInput
 from oio.core.settings import settings
 from oio.tabular.layout import find_layout
-from oio.tabular.rows import Wanted, read_table
+from oio.tabular.table import Wanted, read_table
 from oio.tabular.text import decode
 
 TICKS_PER_E_FOLD = 512.0  # Sensirion: ln(c / c_ref) = (s_ref - s) / 512

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from oio.core.errors import BadInput
+from oio.tabular.mapping import typed
 from oio.tabular.text import Text, lines
 
 DELIMITERS = (",", ";", "\t", "|", " ")
@@ -16,6 +17,7 @@ SAMPLE = 400  # lines by which the layout is judged
 CLEAR = 0.1  # by how much the best delimiter must be better than the next
 POINT, COMMA = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"), re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?$")
 CLOCK = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}([T ].*)?$|\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?$")
+BOTH = " + "  # between the names of two columns that are read as one: Date + Time
 EMPTY = {"", "nan", "na", "n/a", "null", "none", "-", "inf", "-inf"}
 
 
@@ -40,6 +42,15 @@ def splitter(delimiter: str) -> Callable[[str], list[str]]:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), []) if '"' in line else line.split(delimiter)
 
     return split
+
+
+def places(layout: "Layout", column: str) -> tuple[int, ...]:
+    """Return where the cells of a column are: one, or two for `Date + Time`. Raises KeyError with the name that does not exist."""
+    names = (column,) if column in layout.names else tuple(column.split(BOTH))
+    for name in names:
+        if name not in layout.names:
+            raise KeyError(name)
+    return tuple(layout.names.index(name) for name in names)
 
 
 def is_number(cell: str, decimal: str = ".") -> bool:
@@ -70,6 +81,8 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 def _delimiter(name: str, sample: Sequence[str]) -> str:
     scores = sorted(((_score(sample, delimiter), delimiter) for delimiter in DELIMITERS), reverse=True)
+    if scores[0][1] == " " and scores[1][0] > 0.5 * scores[0][0]:
+        del scores[0]  # blanks stand in dates and names, too
     (first, best), (second, other) = scores[:2]
     if first == 0.0:
         if sum(is_number(line.strip()) for line in sample) > 0.9 * len(sample) - 1:
@@ -77,10 +90,10 @@ def _delimiter(name: str, sample: Sequence[str]) -> str:
         raise BadInput(
             f"{name} is no table: no delimiter (comma, semicolon, tab, bar, blanks) splits its lines into the same number of cells."
         )
-    if first - second < CLEAR * first:
+    if other != " " and first - second < CLEAR * first:
         words = [WORDS.get(one, one) for one in (best, other)]
         raise BadInput(
-            f"{name} can be split by '{words[0]}' or by '{words[1]}', and it is not certain which. Type recording.delimiter='\"{best}\"'."
+            f"{name} can be split by '{words[0]}' or by '{words[1]}', and it is not certain which. Type {typed('delimiter', best)}."
         )
     return best
 
@@ -101,8 +114,8 @@ def _decimal(name: str, rows: Sequence[Sequence[str]]) -> str:
     points = sum("." in cell and is_number(cell) for row in rows for cell in row)
     if min(commas, points) > 0.02 * max(commas, points):
         raise BadInput(
-            f"{name} has {commas} numbers with a decimal comma and {points} with a point among its first lines, and it is not certain "
-            f"which is the decimal mark. Type recording.decimal='\",\"' or recording.decimal='\".\"': the other kind is dropped and counted."
+            f"{name} has {commas} numbers with a decimal comma and {points} with a point among its first lines, and it is not "
+            f"certain which is the decimal mark. Type recording.decimal='\",\"' or recording.decimal='\".\"': the others are dropped."
         )
     return "," if commas > points else "."
 
@@ -113,7 +126,7 @@ def _header(source: Text, delimiter: str, decimal: str, time: str | None, width:
         cells = _cells(match[0], delimiter)
         seen = seen or cells
         if time is not None and not time.startswith("column "):
-            if time in cells:
+            if time in cells or all(name in cells for name in time.split(BOTH)):
                 return Layout(delimiter, decimal, unique(cells), match[0], match.end(), i)
             continue
         if len(cells) != width:

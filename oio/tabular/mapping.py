@@ -1,5 +1,8 @@
 """Mapping of a table: what its columns are. Every key may be null, which means: read it off the file and say so."""
 
+import dataclasses
+import re
+
 from oio.core.errors import BadInput
 from oio.core.settings import settings
 from oio.tabular.stamps import stamp
@@ -54,5 +57,22 @@ class TableMapping:
             raise BadInput("recording.columns is empty, but each element needs a column. Type recording.columns=[NAME], or null to look.")
         if self.climate_columns is not None and len(self.climate_columns) not in (0, 2):
             raise BadInput(
-                f"recording.climate_columns has {len(self.climate_columns)} names, but temperature [degC] and relative humidity [%] are two."
+                f"recording.climate_columns has {len(self.climate_columns)} names, but there are two: temperature [degC], humidity [%]."
             )
+
+
+def typed(key: str, value: str | tuple[str, ...]) -> str:
+    """Return the word for a key as a shell takes it, with quotes where Hydra needs them: recording.time=t, 'recording.time="t (s)"'."""
+    names = (value,) if isinstance(value, str) else value
+    quoted = [name if re.fullmatch(r"[A-Za-z]\w*", name) else f'"{name}"' for name in names]
+    word = f"recording.{key}=" + (quoted[0] if isinstance(value, str) else f"[{','.join(quoted)}]")
+    return word if re.fullmatch(r"[\w.=]+", word) else f"'{word}'"
+
+
+def open_mapping(**given: object) -> TableMapping:
+    """Return a mapping in which all is null but what is given. Raises BadInput for a key that does not exist, or a wrong value."""
+    keys = [field.name for field in dataclasses.fields(TableMapping)]
+    for key in given:
+        if key not in keys:
+            raise BadInput(f"'{key}' is no key of a mapping. It can be {', '.join(keys)}.")
+    return TableMapping(**{**dict.fromkeys(keys), "column_prefix": "", **given})  # type: ignore[arg-type]

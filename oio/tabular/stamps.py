@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from itertools import pairwise
 
 from oio.core.errors import BadInput
 
@@ -69,7 +70,7 @@ def find_unit(column: str, named: str | None, cells: Sequence[str], decimal: str
     if named in PER_S or named in LONGER:
         return str(named), f"by the name of '{column}'"
     middle = sorted(numbers)[len(numbers) // 2]
-    steps = sorted(b - a for a, b in zip(numbers[:-1], numbers[1:], strict=True) if b > a)
+    steps = sorted(b - a for a, b in pairwise(numbers) if b > a)
     for unit, per_s in PER_S.items():
         if UNIX_S[0] < middle / per_s < UNIX_S[1] and steps and steps[len(steps) // 2] / per_s <= SHORT_S[unit]:
             return unit, f"'{column}' counts {unit} since 1970"
@@ -93,7 +94,8 @@ def _notation(column: str, cells: Sequence[str]) -> tuple[str, str]:
     dated = [found for cell in cells if (found := DAY_FIRST.match(cell))]
     if len(dated) < 0.9 * len(cells):
         raise BadInput(
-            f"the time column '{column}' holds {cells[0]!r}, which is read in no known way. Type recording.time_unit='\"%d.%m.%Y %H:%M:%S\"'."
+            f"the time column '{column}' holds {cells[0]!r}, which is read in no known way. "
+            f"Type recording.time_unit='\"%d.%m.%Y %H:%M:%S\"'."
         )
     first, second = max(int(found[1]) for found in dated), max(int(found[3]) for found in dated)
     mark, year = dated[0][2], "%Y" if len(dated[0][4]) == 4 else "%y"

@@ -149,7 +149,8 @@ def test_parser_real(name, rows, columns, dropped):
 @real
 @pytest.mark.parametrize(("name", "digest"), [
     ("airscout32", "fb358594c6a68541"), ("co2_scd30x4", "a4e2138a20491805"), ("scd30_windows", "90b57b93bdbaa6d4"),
-    ("smellnet", "a069292462179aa1"), ("waag_ec", "17a16a8b75283143"), ("sgp30_64h", "b5a352dee20b741e"), ("orebro3dsen", "3f066e0420abeced"),
+    ("smellnet", "a069292462179aa1"), ("waag_ec", "17a16a8b75283143"), ("sgp30_64h", "b5a352dee20b741e"),
+    ("orebro3dsen", "3f066e0420abeced"),
 ])  # fmt: skip
 def test_the_generic_loader_gives_the_samples_that_a_loader_for_each_file_gave(name, digest):
     """The digests were taken with the loaders of their own that these files had before."""
