@@ -28,9 +28,14 @@ def show(found: Survey) -> None:
 
 
 def _print(console: Console, head: str, text: str) -> None:
-    lines = textwrap.wrap(text, WIDTH - len(INDENT), break_on_hyphens=False)
+    lines = textwrap.wrap(printable(text), WIDTH - len(INDENT), break_on_hyphens=False)
     for i, line in enumerate(lines):
         console.print(f"{head if i == 0 else '':<{len(INDENT)}}{line}", soft_wrap=True)
+
+
+def printable(text: str) -> str:
+    """Return a text of a file's without what a terminal would obey."""
+    return "".join(character if character.isprintable() else "?" for character in text)
 
 
 def _layout(found: Survey) -> list[tuple[str, str]]:
@@ -85,5 +90,5 @@ def _columns(found: Survey) -> Grid:
     for column in found.columns:
         held = " ".join(word for word in (column.role, column.unit) if word) or "?"
         values = (f"{value:.5g}" if column.numbers else "" for value in (column.low, column.middle, column.high))
-        grid.add_row(column.name, held, str(column.numbers), *values)
+        grid.add_row(printable(column.name), held, str(column.numbers), *values)
     return grid

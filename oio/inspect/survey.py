@@ -99,7 +99,7 @@ def _mapping(
             settle("time_unit", lambda: find_unit(str(time), unit_of(str(time)), sample(source, layout, str(time)), layout.decimal)[0])
     settle("columns", lambda: the_gas(source.name, layout))
     if "columns" in found:
-        gas = tuple(found["columns"])  # type: ignore[arg-type]
+        gas = given.columns or the_gas(source.name, layout)
         settle("unit", lambda: the_unit(given, gas)[0])
         if "unit" in found:
             settle("per_ppm", lambda: the_unit(given, gas)[1])

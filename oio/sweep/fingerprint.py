@@ -24,6 +24,7 @@ NO_RESULT = (
     "oio/export",
     "oio/figures",
     "oio/identify",
+    "oio/inspect",
     "oio/report",
     "oio/reproduce",
     "oio/sweep",

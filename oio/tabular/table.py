@@ -53,9 +53,10 @@ def read_table(source: Text, layout: Layout, wanted: Wanted, cells: Cells | None
     cells = cells or read_cells(source, layout, wanted.time, wanted.stamp, wanted.columns)
     dropped = Counter(cells.other)
     bad = unusable(cells.values, wanted)
-    for reason, rows in bad.items():
-        dropped[reason] += int(np.count_nonzero(rows))
-    rows = cells.values[~np.logical_or.reduce(list(bad.values()))]
+    for reason, which in bad.items():
+        dropped[reason] += int(np.count_nonzero(which))
+    good: NDArray[np.bool_] = ~np.logical_or.reduce(list(bad.values()))
+    rows: Array = cells.values[good]
     t_s, overflows = unwrapped(rows[:, 0], wanted.wrap_s)
     rows = np.column_stack((t_s, rows[:, 1:]))
     chosen = _session(source.name, rows, wanted)
@@ -105,7 +106,8 @@ def _session(name: str, rows: Array, wanted: Wanted) -> Array:
             f"{name} has {len(sizes)} sessions between which its clock was set back{_or_gap(wanted)} ({listed}), but {said}: how much time "
             f"passed between them is not in the file. Type recording.session={int(np.argmax(sizes)) + 1} for the longest."
         )
-    return rows[number == chosen - 1]
+    kept: Array = rows[number == chosen - 1]
+    return kept
 
 
 def _or_gap(wanted: Wanted) -> str:

@@ -234,9 +234,9 @@ def test_parquet_is_the_same_table(played):
 
 @pytest.mark.parametrize(("keys", "said"), [
     ({"delimiter": ";;"}, "one character"), ({"decimal": ":"}, "a point or a comma"), ({"time_unit": "fortnights"}, "fortnights"),
-    ({"time_unit": "row"}, "period_s=1"), ({"period_s": 1.0}, "period_s=1"), ({"per_ppm": 0.0}, "per_ppm is 0"), ({"session": 0}, "session is 0"),
-    ({"no_value": [[2, 1]]}, "lower end comes first"), ({"columns": []}, "each element needs a column"), ({"climate_columns": ["T"]}, "there are two"),
-    ({"max_gap_s": 0.0}, "max_gap_s is 0"),
+    ({"time_unit": "row"}, "period_s=1"), ({"period_s": 1.0}, "period_s=1"), ({"per_ppm": 0.0}, "per_ppm is 0"),
+    ({"session": 0}, "session is 0"), ({"no_value": [[2, 1]]}, "lower end comes first"), ({"columns": []}, "each element needs a column"),
+    ({"climate_columns": ["T"]}, "there are two"), ({"max_gap_s": 0.0}, "max_gap_s is 0"),
 ])  # fmt: skip
 def test_keys_that_cannot_be_are_refused(keys, said):
     with pytest.raises(Exception, match=said):
@@ -244,7 +244,7 @@ def test_keys_that_cannot_be_are_refused(keys, said):
 
 
 def test_without_a_file_it_is_told_what_to_type():
-    with pytest.raises(BadInput, match="Type recording.file=my.csv"):
+    with pytest.raises(BadInput, match=r"Type recording\.file=my\.csv"):
         loader(file=None).load()
 
 
