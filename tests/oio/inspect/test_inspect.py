@@ -67,7 +67,8 @@ def test_names_in_a_file_are_never_interpolated_or_obeyed(tmp_path, capsys):
 @pytest.mark.parametrize(("content", "words", "said"), [
     (b"no table here", [], "is no table"), (b"\x89PNG\r\n\x1a\n" + bytes(range(256)), [], "is no table"), (None, [], "is no file"),
     (TEXT.encode(), ["colour=red"], "'colour' is no key"), (TEXT.encode(), ["red"], "no KEY=VALUE"),
-    (TEXT.encode(), ["session=0"], "session"), (TEXT.encode(), ["delimiter=[[["], "no plain YAML"), (TEXT.encode(), ["--out", "{log}"], "exists"),
+    (TEXT.encode(), ["session=0"], "session"),
+    (TEXT.encode(), ["delimiter=[[["], "no plain YAML"), (TEXT.encode(), ["--out", "{log}"], "exists"),
     (TEXT.encode(), ["--out", "/nowhere/a.yaml"], "cannot be written"),
 ])  # fmt: skip
 def test_what_cannot_be_read_is_one_paragraph_and_code_2(content, words, said, tmp_path, capsys):
