@@ -13,7 +13,7 @@ from mcap.writer import Writer
 from oio.cli import run
 
 ROOT = Path(__file__).resolve().parents[1]
-RECORDINGS = "airscout32, co2_scd30x4, orebro3dsen, scd30_windows, sgp30_64h, smellnet, waag_ec"
+RECORDINGS = "airscout32, co2_scd30x4, csv, orebro3dsen, scd30_windows, sgp30_64h, smellnet, waag_ec"
 STAGES = ("assemble_qr", "baseline", "calibrate_bouts", "evaluate", "map_beliefs", "navigate", "warm_up")
 
 

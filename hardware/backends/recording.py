@@ -40,8 +40,10 @@ class RecordedWorld:
         self._name, self._sensor, self._arm = chosen.recording.name, chosen.sensor, chosen.arm
         parts = chosen.recording.parts()
         self._placement = placement_for(self._name, parts["none"].recorded, chosen.sensor, chosen.arm)
-        accounts = dict.fromkeys(part.recorded.account for part in parts.values())
-        self._pending_events = [Event(0, "dropped", account) for account in accounts]
+        accounts = tuple(dict.fromkeys(part.recorded.account for part in parts.values()))
+        guessed = tuple(dict.fromkeys(note for part in parts.values() for note in part.recorded.notes))
+        self._pending_events = [Event(0, kind, text) for kind, texts in (("dropped", accounts), ("mapping", guessed)) for text in texts]
+        self.notes = (*(f"read off the file: {note}" for note in guessed), *accounts)  # to be shown at the start
         self._playbacks = {source: Playback(f"recording '{self._name}', '{source}'", part) for source, part in parts.items()}
         self._source, self._t_ns, self._sniffs = "none", 0, 0
         self._playback.resume(0)

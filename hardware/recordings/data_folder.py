@@ -1,26 +1,25 @@
-"""Data folder: reads a recording's bytes from below the folder in the environment variable OIO_DATA."""
+"""Data folder: reads a recording's bytes, as it is named or from below the folder in the environment variable OIO_DATA."""
 
-import gzip
 import os
-import zlib
 from pathlib import Path
 
 from oio.core.errors import BadInput
+from oio.tabular.file import file_bytes
 
 
 def read_recording(file: str, origin: str) -> bytes:
-    """Return the bytes of `file`, a path below OIO_DATA (default `data/`), unpacked if it ends in .gz.
+    """Return the bytes of `file`, a path below OIO_DATA (default `data/`), or else one as it is; unpacked as its ending says.
 
     Raises BadInput if the file is missing (with its download address, `origin`), unreadable or damaged.
     """
     path = Path(os.environ.get("OIO_DATA", "data")) / file
-    if not path.is_file():
+    found = next((one for one in (path, Path(file)) if one.is_file()), None)
+    if found is None:
         raise BadInput(_missing(path, origin))
     try:
-        data = path.read_bytes()
-        return gzip.decompress(data) if path.suffix == ".gz" else data
-    except (OSError, EOFError, zlib.error) as error:
-        raise BadInput(f"{path} cannot be read ({error}). Get it again from {origin}.") from None
+        return file_bytes(found)
+    except BadInput as error:
+        raise BadInput(f"{error} Get it again from {origin}.") from None
 
 
 def _missing(path: Path, origin: str) -> str:

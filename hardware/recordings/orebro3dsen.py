@@ -7,10 +7,12 @@ from typing import Annotated
 import numpy as np
 
 from hardware.recordings.data_folder import read_recording
-from hardware.recordings.delimited_text import TextFormat, read_table
 from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.errors import BadInput
 from oio.core.settings import Within, settings
+from oio.tabular.layout import find_layout
+from oio.tabular.table import Wanted, read_table
+from oio.tabular.text import decode
 
 
 @settings
@@ -48,8 +50,9 @@ class Orebro3DSEN:
     def parse(self, data: bytes, where: str) -> RecordedRows:
         """Return the usable rows of a run's bytes, with `release_s` on the clock of the first; raises BadInput if there are none."""
         names = tuple(f"C_{i}{j}{k} (ppm)" for i, j, k in product(range(3), repeat=3))
-        # encoding as stated by the authors; no value marks saturation, the ppm were computed in their laboratory
-        table = read_table(data, TextFormat("mac_roman", ",", "t (s)", float, names, saturated=np.inf), where)
+        source = decode(data, "mac_roman", where)  # as stated by the authors
+        # no value marks saturation, the ppm were computed in their laboratory
+        table = read_table(source, find_layout(source, ",", ".", "t (s)"), Wanted("t (s)", float, names, len(names)))
         place_m = np.array(list(product(self.x_m, self.y_m, self.z_m)))
         release_s = self.release_s - table.start_s
         columns = tuple(name.removesuffix(" (ppm)") for name in names)

@@ -26,6 +26,7 @@ class RecordedRows:
     dropped: Mapping[str, int]  # reason -> rows
     columns: tuple[str, ...] = ()  # (m,) names of the columns in the file
     unit: str = "ppm"  # of `ppm`, where the file holds something else that is played as if it were ppm
+    notes: tuple[str, ...] = ()  # what of the mapping was read off the file
     climate: Array | None = None  # (k, 2) temperature [degC] and relative humidity [%] beside the readings; None: not recorded
 
     def __post_init__(self) -> None:

@@ -6,10 +6,12 @@ from typing import Annotated
 import numpy as np
 
 from hardware.recordings.data_folder import read_recording
-from hardware.recordings.delimited_text import TextFormat, read_table
 from hardware.recordings.recording_parts import Part, RecordedRows
 from oio.core.errors import BadInput
 from oio.core.settings import Within, settings
+from oio.tabular.layout import find_layout
+from oio.tabular.table import Wanted, read_table
+from oio.tabular.text import decode
 
 TICKS_PER_E_FOLD = 512.0  # Sensirion: ln(c / c_ref) = (s_ref - s) / 512
 
@@ -46,8 +48,9 @@ class Sgp30:
 
     def parse(self, data: bytes) -> RecordedRows:
         """Return the usable rows of a file's bytes; raises BadInput if there are none."""
-        form = TextFormat("utf-8-sig", ",", "time", float, (*self.columns, *self.climate_columns), self.saturated_ticks)
-        table, m = read_table(data, form, self.file), len(self.columns)
+        source, m = decode(data, "utf-8-sig", self.file), len(self.columns)
+        wanted = Wanted("time", float, (*self.columns, *self.climate_columns), m, self.saturated_ticks)
+        table = read_table(source, find_layout(source, ",", ".", "time"), wanted)
         value = table.values[:, :m]
         if self.unit == "ppm":
             value = np.array(self.reference_ppm) * np.exp(np.clip((np.array(self.reference_ticks) - value) / TICKS_PER_E_FOLD, -50.0, 50.0))

@@ -2,11 +2,12 @@
 
 import time
 import traceback
-from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
+from oio.cli import terminal
 from oio.cli.attendant import performance
 from oio.cli.experiment import Experiment
 from oio.cli.io_errors import FULL, disk_full
@@ -51,7 +52,7 @@ def execute(
     begun = None if shared is None else shared.begin(experiment)
     with (
         experiment.view.open() as viewer,
-        opened(experiment, begun) as world,
+        _said(opened(experiment, begun), quiet) as world,
         RunFolder(out) as folder,  # a refusal leaves no directory behind
         panel as shown,
     ):
@@ -76,6 +77,15 @@ def execute(
             raise
         folder.status("done")
     return document
+
+
+@contextmanager
+def _said(opening: AbstractContextManager[World], quiet: bool) -> Iterator[World]:
+    """Open a world and show what it says of itself before it begins, such as what a recording has read off its file."""
+    with opening as world:
+        for note in () if quiet else getattr(world, "notes", ()):
+            terminal.console(stderr=True, soft_wrap=True).print(note, markup=False, highlight=False)
+        yield world
 
 
 def _stages(

@@ -37,4 +37,5 @@ class Recordings:
 def wanted() -> dict[str, str]:
     """Return the file or folder of every recording of conf/, below OIO_DATA."""
     described = {path.stem: yaml.safe_load(path.read_text(encoding="utf-8")) for path in sorted((CONF / "recording").glob("*.yaml"))}
-    return {name: str(keys.get("file", keys.get("folder"))) for name, keys in described.items()}
+    named = {name: keys.get("file", keys.get("folder")) for name, keys in described.items()}
+    return {name: str(path) for name, path in named.items() if path is not None}  # recording=csv has none of its own

@@ -25,6 +25,7 @@ NO_RESULT = (
     "oio/export",
     "oio/figures",
     "oio/identify",
+    "oio/inspect",
     "oio/report",
     "oio/reproduce",
     "oio/sweep",

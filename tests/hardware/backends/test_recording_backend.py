@@ -71,7 +71,9 @@ def arm(name: str, dof: int) -> Arm:
 
 
 def backend(name: str, arm: Arm, elements: int = 2, **changes: object) -> Recording:
-    loader = instantiate({**OmegaConf.load(CONF / "recording" / f"{name}.yaml"), **changes}, _convert_="all")
+    base = {} if name == "orebro3dsen" else OmegaConf.load(CONF / "recording" / "csv.yaml")
+    keys = {**base, **OmegaConf.load(CONF / "recording" / f"{name}.yaml"), **changes}
+    loader = instantiate({key: value for key, value in keys.items() if key != "defaults"}, _convert_="all")
     return Recording(recording=loader, sensor=Plain(elements=elements), arm=arm)
 
 

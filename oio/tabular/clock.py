@@ -1,0 +1,60 @@
+"""Clock of a log: where it overflows, where it was reset, which rows are in order."""
+
+from bisect import bisect_left
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oio.core.records import Array
+
+CONFIRM = 3  # rows behind a step back that go on from there: then the clock was reset, and no stamp was wild
+PERIODS = 20  # a step over the overflow of at most so many usual ones is one: a reset just there is unlikely
+
+
+def usual_step(t_s: Array) -> float:
+    """Median of the steps forward [s]; NaN if there is none."""
+    steps = np.diff(t_s)
+    forward = steps[steps > 0.0]
+    return float(np.median(forward)) if len(forward) else float("nan")
+
+
+def unwrapped(t_s: Array, wrap_s: float | None) -> tuple[Array, int]:
+    """Return time stamps (k,) s that go on where the counter overflowed after `wrap_s`, and how often it did."""
+    if wrap_s is None or len(t_s) < 2:
+        return t_s, 0
+    steps = np.diff(t_s)
+    over = (steps < 0.0) & (steps + wrap_s > 0.0) & (steps + wrap_s <= PERIODS * usual_step(t_s))
+    return t_s + wrap_s * np.concatenate(([0.0], np.cumsum(over))), int(np.count_nonzero(over))
+
+
+def sessions(t_s: Array, max_gap_s: float | None = None) -> NDArray[np.intp]:
+    """Return the number of the session of each row (k,), from 0: a new one begins where the clock was set back, or after a longer gap."""
+    begins = np.zeros(len(t_s), dtype=np.intp)
+    for i in np.flatnonzero(np.diff(t_s) < 0.0):
+        wild = i > 0 and t_s[i - 1] < t_s[i + 1]  # the row before the step was an outlier: the clock goes on behind it
+        after = t_s[i + 1 : i + 1 + CONFIRM]
+        if not wild and len(after) == CONFIRM and np.all(after < t_s[i]) and np.all(np.diff(after) >= 0.0):
+            begins[i + 1] = 1
+    if max_gap_s is not None:
+        begins[1:] |= np.diff(t_s) > max_gap_s
+    return np.cumsum(begins)
+
+
+def longest_increasing(stamps: Sequence[float]) -> list[int]:
+    """Indices of the largest set of rows with strictly increasing time stamps: one outlier costs one row, not all that follow.
+
+    Longest increasing subsequence by patience sorting, O(k log k): lowest[j] ends the best chain of j + 1 rows so far.
+    """
+    lowest: list[float] = []
+    ends: list[int] = []
+    before: list[int] = []
+    for i, stamp in enumerate(stamps):
+        j = bisect_left(lowest, stamp)
+        before.append(ends[j - 1] if j else -1)
+        lowest[j : j + 1], ends[j : j + 1] = [stamp], [i]
+    chain, i = [], ends[-1] if ends else -1
+    while i >= 0:
+        chain.append(i)
+        i = before[i]
+    return chain[::-1]

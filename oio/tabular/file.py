@@ -1,0 +1,33 @@
+"""Bytes of a table file: as they are, unpacked (.gz), or as text (.parquet)."""
+
+import gzip
+import io
+import zlib
+from pathlib import Path
+
+from oio.core.errors import BadInput
+
+
+def file_bytes(path: Path) -> bytes:
+    """Return the bytes of a table; of a Parquet file those of the same table as CSV. Raises BadInput if it cannot be read."""
+    try:
+        data = path.read_bytes()
+        if path.suffix == ".parquet" or data[:4] == b"PAR1":
+            return _parquet(path, data)
+        return gzip.decompress(data) if path.suffix == ".gz" else data
+    except (OSError, EOFError, zlib.error) as error:
+        raise BadInput(f"{path} cannot be read ({error}).") from None
+
+
+def _parquet(path: Path, data: bytes) -> bytes:
+    try:
+        import pyarrow
+        from pyarrow import csv, parquet
+    except ImportError:
+        raise BadInput(f"{path} is a Parquet file, which needs pyarrow. Type pip install 'oio[parquet]'.") from None
+    written = io.BytesIO()
+    try:
+        csv.write_csv(parquet.read_table(io.BytesIO(data)), written)
+    except pyarrow.ArrowException as error:
+        raise BadInput(f"{path} cannot be read ({error}).") from None
+    return written.getvalue()

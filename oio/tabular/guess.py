@@ -1,0 +1,82 @@
+"""What the columns of a table are, read off their names and values. Whatever is not certain is refused with what to type."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from oio.core.errors import BadInput
+from oio.core.records import Array
+from oio.tabular.layout import BOTH, Layout
+from oio.tabular.mapping import TableMapping, typed
+from oio.tabular.names import GAS_UNITS, bare, role_of, unit_of
+
+CODES = (-1.0, -99.0, -999.0, -9999.0, 32767.0, 65535.0, 2147483647.0)  # in which firmware says that it has no value
+FAR = 3.0  # a code is suspicious if it is further from the next value than so many ranges of the others
+DATES, HOURS = ("date", "datum"), ("time", "uhrzeit", "zeit", "heure")  # two columns of one clock
+KNOWN_PER_PPM = {"ppm": 1.0, "ppb": 1e3, "%vol": 1e-4}
+
+
+def the_time(name: str, layout: Layout) -> str:
+    """Return the only column that is named as a time. Raises BadInput if there are several, or none."""
+    found = [column for column in layout.names if role_of(column) == "time"]
+    if len(found) == 1:
+        return found[0]
+    if len(found) == 2 and bare(found[0]).lower() in DATES and bare(found[1]).lower() in HOURS:
+        return BOTH.join(found)
+    if found:
+        raise BadInput(
+            f"{name} has {len(found)} clocks, {found}, and it is not certain which stamps the readings. "
+            f"python -m oio.inspect {name} compares them. Type {typed('time', found[0])}."
+        )
+    raise BadInput(
+        f"{name} has no column that is named as a time; its columns are {list(layout.names)}. Type recording.time=NAME, or, for rows "
+        f"without time stamps, recording.time_unit=row recording.period_s=1."
+    )
+
+
+def the_gas(name: str, layout: Layout) -> tuple[str, ...]:
+    """Return the one or two columns that are named as a gas. Raises BadInput if there are more, or none."""
+    found = tuple(column for column in layout.names if role_of(column) == "gas")
+    if 1 <= len(found) <= 2:
+        return found
+    said = f"{len(found)} columns that are named as a gas, {list(found)}" if found else "no column that is named as a gas"
+    raise BadInput(
+        f"{name} has {said}, and it is not certain which are the elements; its columns are {list(layout.names)}. "
+        f"Type {typed('columns', (found or layout.names)[-1:])}, one name per element of the sensor."
+    )
+
+
+def the_unit(mapping: TableMapping, columns: Sequence[str]) -> tuple[str, float]:
+    """Return the unit of the readings and what 1 ppm is in it. Raises BadInput if the names do not say it, or it depends on the gas."""
+    units = {unit for column in columns if (unit := unit_of(column)) in GAS_UNITS}
+    unit = mapping.unit or (units.pop() if len(units) == 1 else None)
+    if unit is None:
+        raise BadInput(
+            f"the unit of {list(columns)} is not certain: {'their names say ' + str(sorted(units)) if units else 'no name says it'}. "
+            f"Type recording.unit=ppm, ppb, counts... (with recording.per_ppm=NUMBER for what 1 ppm is in it)."
+        )
+    per_ppm = mapping.per_ppm if mapping.per_ppm is not None else KNOWN_PER_PPM.get(unit)
+    if per_ppm is None and unit in ("ug/m3", "mg/m3"):
+        raise BadInput(
+            f"{unit} become ppm by the molar mass of the gas, which is not in the file. Type recording.per_ppm=NUMBER: at 20 degC and "
+            f"1013 hPa 1 ppm is M/24.06 mg/m3, e.g. 1913 ug/m3 of NO2 or 1164 ug/m3 of CO."
+        )
+    return unit, 1.0 if per_ppm is None else per_ppm
+
+
+def climate(layout: Layout) -> tuple[str, ...]:
+    """Return the columns of temperature [degC] and relative humidity [%] if there is just one of each, else none."""
+    warm = [column for column in layout.names if role_of(column) == "temperature" and unit_of(column) in (None, "degC")]
+    humid = [column for column in layout.names if role_of(column) == "humidity"]
+    return (warm[0], humid[0]) if len(warm) == len(humid) == 1 else ()
+
+
+def codes(values: Array) -> dict[float, int]:
+    """Return the values of a column (k,) that look like codes for no measurement, each with how often it occurs."""
+    finite = values[np.isfinite(values)]
+    others = finite[~np.isin(finite, CODES)]
+    if not len(others):
+        return {}
+    reach = FAR * max(float(np.ptp(others)), 1.0)
+    near = [(code, int(np.count_nonzero(finite == code))) for code in CODES]
+    return {code: count for code, count in near if count and (code < others.min() - reach or code > others.max() + reach)}

@@ -1,0 +1,117 @@
+"""A table read by a mapping: what is null in it is read off the file and said; what is not certain is refused with what to type."""
+
+import csv
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from oio.core.errors import BadInput
+from oio.tabular.guess import climate, codes, the_gas, the_time, the_unit
+from oio.tabular.layout import SAMPLE, Layout, find_layout, places, splitter
+from oio.tabular.mapping import TableMapping
+from oio.tabular.names import unit_of
+from oio.tabular.rows import Cells, read_cells
+from oio.tabular.stamps import find_unit, stamp, wrap_s
+from oio.tabular.table import Table, Wanted, read_table
+from oio.tabular.text import Text, decode, lines
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """A table, the complete mapping by which it was read, and what of that was read off the file, as sentences."""
+
+    table: Table
+    mapping: TableMapping
+    notes: tuple[str, ...]
+
+
+def read_mapped(data: bytes, mapping: TableMapping, name: str) -> Read:
+    """Read a file's bytes by a mapping. Raises BadInput for what is no table, and for what is null in the mapping and not certain."""
+    source = decode(data, mapping.encoding, name)
+    numbered = mapping.time_unit == "row"
+    layout = find_layout(source, mapping.delimiter, mapping.decimal, _in_header(mapping))
+    full, notes = complete(mapping, source, layout)
+    columns = tuple(full.column_prefix + column for column in full.columns or ())
+    wanted = Wanted(
+        None if numbered else full.time, _stamp(full), (*columns, *(full.climate_columns or ())), len(columns),
+        np.inf if full.saturated is None else full.saturated, full.no_value or (), wrap_s(full.time_unit or ""),
+        full.max_gap_s, full.session,
+    )  # fmt: skip
+    cells = read_cells(source, layout, wanted.time, wanted.stamp, wanted.columns)
+    if mapping.no_value is None:
+        _refuse_codes(columns, cells)
+    table = read_table(source, layout, wanted, cells)
+    if table.overflows:
+        notes = (*notes, f"the counter of '{full.time}' overflowed {table.overflows} times and was carried on")
+    return Read(table, full, notes)
+
+
+def _in_header(mapping: TableMapping) -> str | None:
+    """A name that the header must hold."""
+    return mapping.time or (mapping.column_prefix + mapping.columns[0] if mapping.columns else None)
+
+
+def _stamp(mapping: TableMapping) -> Callable[[str], float]:
+    period_s = mapping.period_s
+    if period_s is not None:
+        return lambda cell: float(cell) * period_s
+    return stamp(mapping.time_unit or "s", mapping.decimal or ".")
+
+
+def complete(mapping: TableMapping, source: Text, layout: Layout) -> tuple[TableMapping, tuple[str, ...]]:
+    """Return the mapping without what is null, and what was found, as sentences. Raises BadInput where that is not certain."""
+    notes = []
+    found: dict[str, object] = {"encoding": source.encoding, "delimiter": layout.delimiter, "decimal": layout.decimal}
+    words = [f"{key} {value!r}" for key, value in found.items() if getattr(mapping, key) is None]
+    if words:
+        notes.append("layout: " + ", ".join(words))
+    if mapping.time_unit != "row":
+        found["time"] = mapping.time or the_time(source.name, layout)
+        found["time_unit"], reason = _time_unit(mapping, source, layout, str(found["time"]))
+        if mapping.time is None or mapping.time_unit is None:
+            notes.append(f"time: '{found['time']}' in {found['time_unit']}{reason}")
+    found["columns"] = mapping.columns or the_gas(source.name, layout)
+    if mapping.columns is None:
+        notes.append(f"columns: {', '.join(found['columns'])}")  # type: ignore[arg-type]
+    names = tuple(mapping.column_prefix + column for column in found["columns"])  # type: ignore[attr-defined]
+    found["unit"], found["per_ppm"] = the_unit(mapping, names)
+    if mapping.unit is None or (mapping.per_ppm is None and found["per_ppm"] != 1.0):
+        notes.append(f"unit: {found['unit']}, {found['per_ppm']:g} per ppm")
+    if mapping.climate_columns is None:
+        found["climate_columns"] = climate(layout)
+        notes.append(f"climate: {', '.join(found['climate_columns']) or 'none'}")  # type: ignore[arg-type]
+    return dataclasses.replace(mapping, **{key: value for key, value in found.items()}), tuple(notes)  # type: ignore[arg-type]
+
+
+def sample(source: Text, layout: Layout, column: str) -> list[str]:
+    """Return the cells of a column in the first rows."""
+    split, used, cells = splitter(layout.delimiter), places(layout, column), []
+    for match in islice(lines(source.text, layout.data_at), SAMPLE):
+        try:
+            row = split(match[0])
+        except csv.Error:
+            continue
+        if len(row) >= len(layout.names) and match[0] != layout.header:
+            cells.append(" ".join(row[i] for i in used))
+    return cells
+
+
+def _time_unit(mapping: TableMapping, source: Text, layout: Layout, time: str) -> tuple[str, str]:
+    if mapping.time_unit is not None:
+        return mapping.time_unit, ""
+    unit, reason = find_unit(time, unit_of(time), sample(source, layout, time), layout.decimal)
+    return unit, f": {reason}"
+
+
+def _refuse_codes(columns: Sequence[str], cells: Cells) -> None:
+    for i, column in enumerate(columns, start=1):
+        found = codes(cells.values[:, i])
+        if found:
+            code, count = next(iter(found.items()))
+            raise BadInput(
+                f"'{column}' is {code:g} in {count} rows, far from its other values, which is how devices say that they have none; it is "
+                f"not certain. Type recording.no_value=[[{code:g},{code:g}]] to drop and count them, or recording.no_value=[] to keep."
+            )

@@ -1,0 +1,79 @@
+"""Rows of a table, all of them: their cells as numbers, and a count of what is no row."""
+
+import csv
+from array import array
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from oio.core.errors import BadInput
+from oio.core.records import Array
+from oio.tabular.layout import Layout, places, splitter
+from oio.tabular.mapping import typed
+from oio.tabular.text import Text, lines
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Values (k, 1 + m) of all rows of the right width, time first [s], NaN where there is no number; and the other rows by reason."""
+
+    values: Array
+    other: Mapping[str, int]
+
+
+def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[str], float], columns: Sequence[str]) -> Cells:
+    """Read columns of all rows; `time` None: the number of the row takes its place. Raises BadInput for a column that does not exist."""
+    stamped = _places(source.name, layout, () if time is None else (time,))
+    used = _places(source.name, layout, columns)
+    split, width, comma = splitter(layout.delimiter), len(layout.names), layout.decimal == ","
+    values, other = array("d"), Counter[str]()
+    for number, match in enumerate(lines(source.text, layout.data_at), start=1):
+        try:
+            cells = split(match[0])
+        except csv.Error:
+            cells = []
+        reason = _reason(match[0], cells, width, layout)
+        if reason:
+            other[reason] += 1
+            continue
+        values.append(_value(" ".join([cells[i] for i in stamped]) if stamped else str(number), stamp))
+        values.extend([_number(cells[i].replace(",", ".") if comma else cells[i]) for i in used])
+    return Cells(np.array(values).reshape(-1, 1 + len(columns)), other)
+
+
+def _places(name: str, layout: Layout, columns: Sequence[str]) -> list[int]:
+    try:
+        return [place for column in columns for place in places(layout, column)]
+    except KeyError as missing:
+        raise BadInput(
+            f"{name} has no column {[missing.args[0]]}. Its columns are {list(layout.names)}; choose among them, e.g. "
+            f"{typed('columns', layout.names[-1:])}."
+        ) from None
+
+
+def _reason(line: str, cells: Sequence[str], width: int, layout: Layout) -> str:  # why a row is none, empty if it is one
+    if len(cells) != width:
+        if len(cells) == width + 1 and not cells[-1].strip():  # a delimiter behind the last cell
+            return ""
+        return "short" if len(cells) < width else "long"
+    if line == layout.header:
+        return "repeated header"
+    return "repeated" if cells[0].strip() == "end" else ""  # some loggers repeat each sample in a row of its own
+
+
+def _value(cell: str, convert: Callable[[str], float]) -> float:
+    try:
+        return convert(cell)
+    except (ValueError, OverflowError):
+        return NAN
+
+
+def _number(cell: str) -> float:
+    try:
+        return NAN if "_" in cell else float(cell)  # Python alone reads 1_000 as a number
+    except ValueError:
+        return NAN

@@ -1,0 +1,122 @@
+"""Time stamps: cells to seconds, in whatever unit or notation a logger writes them; and which it is, where that is certain."""
+
+import re
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from itertools import pairwise
+
+from oio.core.errors import BadInput
+
+PER_S = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+LONGER = {"min": 60.0, "h": 3600.0, "d": 86400.0}
+WRAPS = {"ms": 2**32 / 1e3, "us": 2**32 / 1e6}  # s after which millis() and micros() begin anew: 49.7 days, 71.6 minutes
+DAY_S = 86400.0
+UNITS = (*PER_S, *LONGER, "iso", "iso_zoned", "row")
+DAY_FIRST = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4}|\d{2})[ T](\d{1,2}:\d{2}(:\d{2}(\.\d+)?)?)$")
+OF_DAY = re.compile(r"\d{1,2}:\d{2}(:\d{2}(\.\d+)?)?$")
+UNIX_S = (1.2e9, 2.5e9)  # years 2008 to 2049
+SHORT_S = {"s": 90.0, "ms": 900.0, "us": 900.0, "ns": 900.0}  # with longer steps it may as well be the uptime of a board, in a finer unit
+
+
+def stamp(unit: str, decimal: str = ".") -> Callable[[str], float]:
+    """Return the function from a cell to seconds; it raises ValueError. `unit`: one of UNITS, or a pattern such as %d.%m.%Y %H:%M:%S.
+
+    Time stamps without a zone are taken as UTC, so that they do not jump with this machine's summer time. Raises BadInput for another unit.
+    """
+    if unit in PER_S:
+        return lambda cell: float(cell.replace(",", ".") if decimal == "," else cell) / PER_S[unit]
+    if unit in LONGER:
+        return lambda cell: float(cell.replace(",", ".") if decimal == "," else cell) * LONGER[unit]
+    if unit == "iso":
+        return lambda cell: _seconds(datetime.fromisoformat(cell.strip(' "').replace(",", ".")))
+    if unit == "iso_zoned":
+        return _zoned
+    if "%" in unit:
+        return lambda cell: _seconds(datetime.strptime(cell.strip(' "'), unit))  # noqa: DTZ007
+    raise BadInput(
+        f"recording.time_unit is '{unit}', but it is {', '.join(UNITS)} or a pattern. Type e.g. recording.time_unit=ms, or "
+        f"recording.time_unit='\"%d.%m.%Y %H:%M:%S\"'."
+    )
+
+
+def _zoned(cell: str) -> float:
+    at = datetime.fromisoformat(cell.strip(' "'))
+    if at.tzinfo is None:
+        raise ValueError(f"{cell} has no time zone, so the hour that winter time repeats could not be told")
+    return at.timestamp()
+
+
+def _seconds(at: datetime) -> float:
+    return (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
+
+
+def wrap_s(unit: str) -> float | None:
+    """Duration after which a clock of this unit begins anew by itself [s]; None if it does not."""
+    of_day = "%H" in unit and not any(mark in unit for mark in ("%d", "%j", "%x", "%c"))
+    return DAY_S if of_day else WRAPS.get(unit)
+
+
+def find_unit(column: str, named: str | None, cells: Sequence[str], decimal: str) -> tuple[str, str]:
+    """Return the unit of a time column and the reason for it. `named`: the unit that its name says; `cells`: some of its values.
+
+    Raises BadInput where it is not certain.
+    """
+    full = [cell.strip(' "') for cell in cells if cell.strip(' "')]
+    if not full:
+        raise BadInput(f"the time column '{column}' is empty. Type recording.time=NAME for another.")
+    numbers = [value for cell in full if (value := _number(cell, decimal)) is not None]
+    if len(numbers) < 0.5 * len(full):
+        return _notation(column, full)
+    if named in PER_S or named in LONGER:
+        return str(named), f"by the name of '{column}'"
+    middle = sorted(numbers)[len(numbers) // 2]
+    steps = sorted(b - a for a, b in pairwise(numbers) if b > a)
+    for unit, per_s in PER_S.items():
+        if UNIX_S[0] < middle / per_s < UNIX_S[1] and steps and steps[len(steps) // 2] / per_s <= SHORT_S[unit]:
+            return unit, f"'{column}' counts {unit} since 1970"
+    raise BadInput(
+        f"the unit of the time column '{column}' is not certain: its name says none, and {numbers[0]:g}, {numbers[-1]:g} may be s or ms. "
+        f"Type recording.time_unit=s, or ms, us, ns, min, h."
+    )
+
+
+def _number(cell: str, decimal: str) -> float | None:
+    try:
+        return float(cell.replace(",", ".") if decimal == "," else cell)
+    except ValueError:
+        return None
+
+
+def _notation(column: str, cells: Sequence[str]) -> tuple[str, str]:
+    for unit in ("iso", "%Y/%m/%d %H:%M:%S", "%Y/%m/%d %H:%M", "%H:%M:%S.%f", "%H:%M:%S", "%H:%M"):
+        if _fits(unit, cells):
+            return unit, f"'{column}' is written so" + (", a time of day without a date" if OF_DAY.match(cells[0]) else "")
+    dated = [found for cell in cells if (found := DAY_FIRST.match(cell))]
+    if len(dated) < 0.9 * len(cells):
+        raise BadInput(
+            f"the time column '{column}' holds {cells[0]!r}, which is read in no known way. "
+            f"Type recording.time_unit='\"%d.%m.%Y %H:%M:%S\"'."
+        )
+    first, second = max(int(found[1]) for found in dated), max(int(found[3]) for found in dated)
+    mark, year = dated[0][2], "%Y" if len(dated[0][4]) == 4 else "%y"
+    clock = "%H:%M" + (":%S" if dated[0][6] else "") + (".%f" if dated[0][7] else "")
+    day, month = f"%d{mark}%m{mark}{year} {clock}", f"%m{mark}%d{mark}{year} {clock}"
+    if mark == "." or first > 12:
+        return day, f"'{column}' has the day first"
+    if second > 12:
+        return month, f"'{column}' has the month first"
+    raise BadInput(
+        f"the time column '{column}' holds {cells[0]!r}, and it is not certain whether the day or the month is first. "
+        f"Type recording.time_unit='\"{day}\"' or recording.time_unit='\"{month}\"'."
+    )
+
+
+def _fits(unit: str, cells: Sequence[str]) -> bool:
+    convert, good = stamp(unit), 0
+    for cell in cells:
+        try:
+            convert(cell)
+        except ValueError:
+            continue
+        good += 1
+    return good >= 0.9 * len(cells)

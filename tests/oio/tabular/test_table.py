@@ -1,0 +1,155 @@
+"""The reader of tables: dirty files are read, what is dropped is counted, resets are told from outliers."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oio.core.errors import BadInput
+from oio.tabular.clock import sessions, unwrapped
+from oio.tabular.file import file_bytes
+from oio.tabular.layout import find_layout
+from oio.tabular.mapping import open_mapping, typed
+from oio.tabular.names import role_of, unit_of
+from oio.tabular.read import read_mapped
+from oio.tabular.table import Table, Wanted, read_table
+from oio.tabular.text import decode
+
+
+def read(text: str, encoding: str = "utf-8-sig", columns: tuple[str, ...] = ("a", "b")) -> Table:
+    source = decode(text.encode(encoding), encoding, "made up")
+    return read_table(source, find_layout(source, ",", ".", "t"), Wanted("t", float, columns, len(columns), 40000.0))
+
+
+def table(*rows: str) -> Table:
+    return read("\n".join(["t,a,b", *rows]))
+
+
+@pytest.mark.parametrize("line_end", ["\r", "\n", "\r\n", "\r\r\n"])
+def test_any_line_end_and_any_preamble(line_end):
+    text = line_end.join(["Session: A", "", '"t" , a,b', "5,1,2", '"', "6,3,4", ""])
+    got = read(text)
+    assert got.t_s.tolist() == [0, 1] and got.values.tolist() == [[1, 2], [3, 4]]
+    assert got.start_s == 5 and got.dropped == {"short": 1}
+
+
+def test_every_reason_is_counted():
+    bad = ["end,true,3", "1,2", "1,2,3,4", "1,nan,3", "1,x,3", "x,2,3", "1,inf,3", "1,2,40000", "1,2,4294967295", "1e300,2,3"]
+    got = table("0,1,1", *bad, "2,1,1", "0,1,1", "3,1,1")
+    assert got.t_s.tolist() == [0, 2, 3]
+    assert list(got.dropped) == [
+        "repeated", "short", "long", "not a number", "without a time", "without a sensor", "saturated", "out of order",
+    ]  # fmt: skip
+    assert list(got.dropped.values()) == [1, 1, 1, 4, 1, 1, 1, 1]
+
+
+def test_one_wild_stamp_costs_one_row():
+    assert table("0,0,0", "9999,1,1", "1,2,2", "2,3,3").values[:, 0].tolist() == [0, 2, 3]
+
+
+def test_mac_roman_and_a_commented_header():
+    got = read("# t,T (°)\n0,1\n1,2\n", encoding="mac_roman", columns=("T (°)",))
+    assert got.values.tolist() == [[1], [2]]
+
+
+@given(st.lists(st.integers(0, 30), min_size=2, max_size=40))
+def test_rows_kept_and_dropped_are_all_the_rows_there_were(stamps):
+    try:
+        got = table(*(f"{t},1,1" for t in stamps))
+    except BadInput:
+        assert stamps == sorted(stamps, reverse=True)  # no two of them rise
+        return
+    assert np.all(np.diff(got.t_s) > 0) and len(got.t_s) + sum(got.dropped.values()) == len(stamps)
+
+
+@given(st.lists(st.integers(0, 10**6), min_size=2, max_size=40, unique=True), st.integers(0, 10**6))
+def test_rising_stamps_lose_nothing_and_the_clock_does_not_matter(stamps, shift):
+    plain, moved = (table(*(f"{t + by},2,1" for t in sorted(stamps))) for by in (0, shift))
+    assert not plain.dropped and len(plain.t_s) == len(stamps)
+    np.testing.assert_array_equal(plain.t_s, moved.t_s)
+
+
+@pytest.mark.parametrize(("stamps", "expected"), [
+    ([0, 1, 2, 3, 4], [0, 0, 0, 0, 0]),
+    ([5, 6, 7, 0, 1, 2], [0, 0, 0, 1, 1, 1]),  # reset
+    ([0, 1, 9999, 2, 3, 4], [0, 0, 0, 0, 0, 0]),  # one wild stamp
+    ([0, 1, 3, 2, 4, 5], [0, 0, 0, 0, 0, 0]),  # two rows changed places
+    ([5, 6, 7, 0, 1], [0, 0, 0, 0, 0]),  # too few rows to tell: they are dropped as out of order
+    ([0, 0, 0, 1, 1], [0, 0, 0, 0, 0]),
+])  # fmt: skip
+def test_resets_are_told_from_outliers(stamps, expected):
+    assert sessions(np.array(stamps, dtype=float)).tolist() == expected
+
+
+def test_a_long_gap_begins_a_session_and_only_with_a_limit():
+    stamps = np.array([0.0, 1.0, 100.0, 101.0])
+    assert sessions(stamps, 10.0).tolist() == [0, 0, 1, 1] and sessions(stamps).tolist() == [0, 0, 0, 0]
+
+
+@given(st.integers(0, 10**6), st.integers(3, 30))
+def test_an_overflow_changes_nothing(first, rows):
+    whole = first + 7.0 * np.arange(rows)
+    carried, times = unwrapped(whole % 150.0, 150.0)
+    np.testing.assert_allclose(np.diff(carried), 7.0)
+    assert times == int(whole[-1] // 150 - whole[0] // 150)
+
+
+def test_a_reset_is_no_overflow():
+    stamps = np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])
+    assert unwrapped(stamps, 4294967.296)[1] == 0
+
+
+@pytest.mark.parametrize(("data", "said"), [
+    (b"", "0 lines"), (b"one line", "1 lines"), (b"some words\nthat are text\nand no table at all\n", "no table"),
+    (bytes(range(256)) * 20, "no text"), (b"PK\x03\x04" + b"x" * 99, "Save the sheet as CSV"), (b"\x89MCAP0\r\n", "MCAP"),
+    (b"t,a\n1,2\n" + b"\0" * 999, "no text"),
+])  # fmt: skip
+def test_what_is_no_table_is_refused(data, said):
+    with pytest.raises(BadInput, match=said):
+        read_mapped(data, open_mapping(), "f")
+
+
+@given(st.binary(max_size=300), st.sampled_from([b"", b"time_s,co2_ppm\n0,1\n1,2\n", b"t;gas\n"]))
+def test_random_bytes_are_read_or_refused(data, head):
+    try:
+        got = read_mapped(head + data, open_mapping(), "f")
+    except BadInput:
+        return
+    assert np.all(np.isfinite(got.table.values)) and np.all(np.diff(got.table.t_s) > 0)
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("time_s,co2_ppm\n0,1\n1,2\n", None),
+    ("a,b\n0,1\n1,2\n", "no column that is named as a time"),
+    ("time_s,x\n0,1\n1,2\n", "no column that is named as a gas"),
+    ("time_s,co2,no2,o3\n0,1,1,1\n1,2,2,2\n", "3 columns that are named as a gas"),
+    ("time_s;co2_ppm\n0;1,5\n1;2.5\n2;1,5\n", "which is the decimal mark"),
+    ("t;a|b\n0;1|2\n1;1|2\n", "certain which"),
+])  # fmt: skip
+def test_what_is_not_certain_is_asked(text, said):
+    if said is None:
+        assert read_mapped(text.encode(), open_mapping(), "f").table.values.tolist() == [[1], [2]]
+        return
+    with pytest.raises(BadInput, match=said):
+        read_mapped(text.encode(), open_mapping(), "f")
+
+
+@pytest.mark.parametrize(("name", "role", "unit"), [
+    ("CO2 [ppm]", "gas", "ppm"), ("co2_ppm_b", "gas", "ppm"), ("Concentration [ppm] at VYU", "gas", "ppm"), ("mq3_adc", "gas", "counts"),
+    ("Temperature (°C)", "temperature", "degC"), ("T", "temperature", None), ("t (s)", "time", "s"), ("millis", "time", "ms"),
+    ("Rel. Humidity", "humidity", None), ("q1_deg", "joint", "deg"), ("nose_x_mm", "nose", "mm"), ("comment", None, None),
+])  # fmt: skip
+def test_names_tell_what_a_column_holds(name, role, unit):
+    assert (role_of(name), unit_of(name)) == (role, unit)
+
+
+def test_the_word_to_type_is_quoted_as_a_shell_and_hydra_want_it():
+    assert typed("time", "t") == "recording.time=t" and typed("time", "t (s)") == "'recording.time=\"t (s)\"'"
+    assert typed("columns", ("a", "b 1")) == "'recording.columns=[a,\"b 1\"]'"
+
+
+def test_a_file_that_cannot_be_read(tmp_path):
+    path = tmp_path / "a.parquet"
+    path.write_bytes(b"PAR1 and no more")
+    with pytest.raises(BadInput, match="cannot be read"):
+        file_bytes(path)
