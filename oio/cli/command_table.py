@@ -8,6 +8,7 @@ COMMANDS = {
     "view": ("oio.view", "a run in the Rerun viewer, from its log"),
     "compare": ("oio.compare", "what changed between calibrations, in standard deviations"),
     "export": ("oio.export", "a run as TUM, CSV, Parquet, Kalibr or robot_localization files"),
+    "inspect": ("oio.inspect", "what is in a CSV or Parquet file, and the YAML to play it"),
     "identify": ("oio.identify", "noise, drift, lags and twins of a sensor, from its readings"),
     "reproduce": ("oio.reproduce", "make a run again from its own log, and compare to the bit"),
     "recover": ("oio.recover", "a finished log from one that was cut off or damaged"),
