@@ -1,34 +1,31 @@
 """Fit the range law on the known source, then find that source again and again from five measurements each: the Type B uncertainty."""
 
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
-from oio.core.errors import BadInput, NotObservable
+from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, seconds
 from oio.core.settings import in_range, settings
+from oio.gas.detection_rule import DetectionRule
+from oio.gas.exposures import Exposures, exposures, highest_signals
 from oio.gas.range_law import RangeLaw
 from oio.gas.source import Source
-from oio.gas.timing import Delay, shift_path
+from oio.gas.timing import shift_path
 from oio.gas.trace import Sniffs, Trace
 from oio.inference.base import Localizer
-from oio.inference.beacon_fit import beacon_problem, fit_beacon
-from oio.inference.delay_fit import fit_delay
-from oio.inference.forward_model import Problem
-from oio.inference.map_fit import Fit
-from oio.inference.metrics import nees
-from oio.inference.prior import Nominal, calibrated_prior
+from oio.inference.prior import Nominal
 from oio.inference.process_noise import ProcessNoise
-from oio.inference.range_spheres import range_spheres
-from oio.inference.trilateration import vertex
-from oio.inference.uncertainty import Noise, type_b_of_repeats
-from oio.inference.world_posterior import widened
+from oio.inference.rise_and_fall import rise_and_fall
+from oio.inference.uncertainty import type_b_of_repeats
 from oio.kinematics.arm import Arm
+from oio.results.beacon_trials import BeaconTrials
 from oio.results.calibration import BaselineResult, BoutCalibration, MapCalibration, Repeat
 from oio.runtime.context import Context, sniff
 from oio.search.measurement_pose import measurement_pose
+
+NEAR = 0.5  # a measurement within this share of the farthest is near the beacon
 
 
 @settings
@@ -42,6 +39,7 @@ class MapBeliefs:
     process_noise: ProcessNoise
     belief_map: Localizer
     nominal: Nominal
+    bout: DetectionRule
     beacon: Source
     beacon_u_m: float  # how well the beacon's place is known, standard uncertainty per axis
     distances_m: tuple[float, ...]  # one measurement each; the paper's ideal is five
@@ -68,25 +66,43 @@ class MapBeliefs:
             made = self._measure(context, trace, ends)
             if made < len(self.distances_m):
                 break  # no repeat, but what was sensed helps the fit
-        delay = self._delay(context, trace.as_arrays())
-        sniffs = shift_path(trace.as_arrays(), delay.s)
-        fit = self._fit(context, sniffs)
-        begins = range(0, len(ends) - len(self.distances_m), len(self.distances_m))
-        repeats = tuple(self._repeat(context, sniffs, ends[begin:], fit) for begin in begins)
+        return self._result(context, trace.as_arrays(), ends)
+
+    def _result(self, context: Context, sensed: Sniffs, ends: list[float]) -> MapCalibration:
+        trials, least = self._trials(context), len(self.distances_m)
+        delay = trials.delay(sensed)
+        sniffs = shift_path(sensed, delay.s)
+        fit = trials.fit(sniffs)
+        repeats = tuple(trials.repeat(sniffs, ends[begin:], fit, least) for begin in range(0, len(ends) - least, least))
         self._draw(context, repeats[-1])
         misses, nees = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
-        type_b = type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats))
         return MapCalibration(
             fit,
             repeats,
-            type_b,
+            type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats)),
             context.world.t_ns,
             self._error_ppm(context),
             len(ends) - 1,
             delay,
             context.world.gaps(),
             self.arm.box_sd_m,
+            rise_and_fall(trials.problem(sniffs), fit),
+            self._exposures(context, sensed, ends),
+            highest_signals(sensed, trials.baseline.elements),
+            context.world.guard_account(),
         )
+
+    def _trials(self, context: Context) -> BeaconTrials:
+        place, base = np.array(self.beacon.position), context.need(BaselineResult)
+        return BeaconTrials(
+            self.arm, self.range_law, self.process_noise, self.belief_map, self.nominal, place, self.beacon_u_m, base
+        )  # fmt: skip
+
+    def _exposures(self, context: Context, sniffs: Sniffs, ends_s: list[float]) -> Exposures:
+        """What the bout rule, begun anew, makes of the measurements."""
+        detector = self.bout.detector(self.bout.window(self.arm.dof), context.need(BaselineResult).elements)
+        near = [distance <= NEAR * max(self.distances_m) for distance in self.distances_m]
+        return exposures(detector, sniffs, ends_s, [near[i % len(near)] for i in range(len(ends_s) - 1)])
 
     def _measure(self, context: Context, trace: Trace, ends_s: list[float]) -> int:
         """Measurements of one more repeat that were made: all, or those that end within the budget if there are repeats enough.
@@ -122,45 +138,6 @@ class MapBeliefs:
 
         place, here = np.array(self.beacon.position), context.world.goal
         return measurement_pose(self.arm, here, place, distance_m, self.beacon.approach_m, has_path, context.rng)
-
-    def _delay(self, context: Context, sniffs: Sniffs) -> Delay:
-        """How late readings are stamped: as told, or as the beacon's readings say."""
-        told, scale = Delay(self.nominal.delay_s, self.nominal.delay_u_s), context.need(BaselineResult).noise_scale
-        return fit_delay(self._problem(context, sniffs), told, lambda problem: fit_beacon(problem, scale)) if told.u_s else told
-
-    def _fit(self, context: Context, sniffs: Sniffs, like: Fit | None = None) -> Fit:
-        return fit_beacon(self._problem(context, sniffs), context.need(BaselineResult).noise_scale, like)
-
-    def _problem(self, context: Context, sniffs: Sniffs) -> Problem:
-        base = context.need(BaselineResult)
-        offsets = np.array([b.ppm for b in base.elements]), np.array([b.u_ppm for b in base.elements])
-        place = np.array(self.beacon.position), self.beacon_u_m
-        return beacon_problem(sniffs, self.arm, self.range_law, self.nominal, offsets, place)
-
-    def _repeat(self, context: Context, sniffs: Sniffs, ends_s: list[float], fit: Fit) -> Repeat:
-        """One trilateration, which began at the first of `ends_s`: of as many measurements as a repeat has, and, while their map leaves
-        several places, of the next ones too, up to as many again. One joint or two always leave an inverse point."""
-        least = len(self.distances_m)
-        for made in range(least, min(2 * least, len(ends_s) - 1) + 1):
-            found, law = self._locate(context, sniffs, (ends_s[0], ends_s[made]), fit)
-            if len(found) == 1 or self.arm.dof < 3:
-                break
-        refined = widened(found[0], found[1:])
-        place, own = np.array(self.beacon.position), sniffs.between(ends_s[0], ends_s[made])
-        centres, radii = range_spheres(own, law, self.arm, self.range_law, made)
-        try:
-            point = vertex(centres, radii)
-        except NotObservable:
-            point = None
-        miss, cov = refined.source - place, refined.source_cov
-        return Repeat(centres, radii, point, refined.source, cov, float(np.linalg.norm(miss)), nees(miss, cov), made - 1)
-
-    def _locate(self, context: Context, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> tuple[tuple[Fit, ...], Fit]:
-        """Places of the source by the readings of a span, best first, and the law, which is fitted without them."""
-        law = self._fit(context, sniffs.without(*span), fit)
-        told_nothing = replace(law, law=law.law.with_unknown_strength())  # a strength that was told is another source's
-        known = calibrated_prior(told_nothing, self.arm, self.process_noise, self.nominal, Noise.nominal())
-        return self.belief_map.as_calibrated.locate(sniffs.between(*span), known), law
 
     def _draw(self, context: Context, repeat: Repeat) -> None:
         text = f"vertex {1e3 * repeat.miss_m:.0f} mm off"

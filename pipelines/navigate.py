@@ -12,6 +12,7 @@ from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.gas.detection import WhiffDetector
 from oio.gas.detection_rule import DetectionRule
+from oio.gas.exposures import highest_signals
 from oio.gas.range_law import LAW
 from oio.inference.base import Localizer
 from oio.inference.map_fit import Fit
@@ -85,7 +86,14 @@ class Navigate:
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
         times, fits = tuple(t_ns for t_ns, _ in maps), tuple(fits for _, fits in maps)
-        return Navigation(began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread, context.world.gaps())
+        return Navigation(
+            began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread, context.world.gaps(),
+            self._highest_ppm(context, odometry), context.world.guard_account(),
+        )  # fmt: skip
+
+    def _highest_ppm(self, context: Context, odometry: Odometry) -> tuple[float, ...]:
+        baselines = context.need(Calibration).baselines
+        return highest_signals(odometry.trace.as_arrays(), baselines) if len(odometry.trace) > 1 else (0.0,) * len(baselines)
 
     def _recorder(self, context: Context, odometry: Odometry) -> MoveRecorder:
         baselines = context.need(Calibration).baselines

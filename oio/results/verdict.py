@@ -5,7 +5,7 @@ import math
 from oio.core.settings import settings
 from oio.inference.metrics import CHI2_95
 from oio.results.criteria.judgement import Criterion, Results, Verdict
-from oio.results.summary import Outcome, Scored
+from oio.results.evaluation import Outcome, Scored
 
 
 @settings

@@ -1,0 +1,78 @@
+"""Trials on a beacon, a source of known position: the fit of all readings, and the source located again from a few of them each time."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from oio.core.errors import NotObservable
+from oio.core.records import Array
+from oio.gas.range_law import RangeLaw
+from oio.gas.timing import Delay
+from oio.gas.trace import Sniffs
+from oio.inference.base import Localizer
+from oio.inference.beacon_fit import beacon_problem, fit_beacon
+from oio.inference.delay_fit import fit_delay
+from oio.inference.forward_model import Problem
+from oio.inference.map_fit import Fit
+from oio.inference.metrics import nees
+from oio.inference.prior import Nominal, calibrated_prior
+from oio.inference.process_noise import ProcessNoise
+from oio.inference.range_spheres import range_spheres
+from oio.inference.trilateration import vertex
+from oio.inference.uncertainty import Noise
+from oio.inference.world_posterior import widened
+from oio.kinematics.arm import Arm
+from oio.results.calibration import BaselineResult, Repeat
+
+
+@dataclass(frozen=True, eq=False)
+class BeaconTrials:
+    """What is known before: models, the beacon's place (3,) [m] with its standard uncertainty per axis, and the baselines."""
+
+    arm: Arm
+    range_law: RangeLaw
+    process_noise: ProcessNoise
+    belief_map: Localizer
+    nominal: Nominal
+    place_m: Array
+    place_u_m: float
+    baseline: BaselineResult
+
+    def problem(self, sniffs: Sniffs) -> Problem:
+        """Fit problem of these readings."""
+        elements = self.baseline.elements
+        offsets = np.array([b.ppm for b in elements]), np.array([b.u_ppm for b in elements])
+        return beacon_problem(sniffs, self.arm, self.range_law, self.nominal, offsets, (self.place_m, self.place_u_m))
+
+    def fit(self, sniffs: Sniffs, like: Fit | None = None) -> Fit:
+        """Fit of these readings; `like`: start and form of the law from an earlier one."""
+        return fit_beacon(self.problem(sniffs), self.baseline.noise_scale, like)
+
+    def delay(self, sniffs: Sniffs) -> Delay:
+        """How late readings are stamped: as told, or as the beacon's readings say."""
+        told, scale = Delay(self.nominal.delay_s, self.nominal.delay_u_s), self.baseline.noise_scale
+        return fit_delay(self.problem(sniffs), told, lambda problem: fit_beacon(problem, scale)) if told.u_s else told
+
+    def repeat(self, sniffs: Sniffs, ends_s: list[float], fit: Fit, least: int) -> Repeat:
+        """One trilateration, which began at the first of `ends_s`: of `least` measurements, and, while their map leaves several places, of
+        the next ones too, up to as many again. One joint or two always leave an inverse point."""
+        for made in range(least, min(2 * least, len(ends_s) - 1) + 1):
+            found, law = self._locate(sniffs, (ends_s[0], ends_s[made]), fit)
+            if len(found) == 1 or self.arm.dof < 3:
+                break
+        refined = widened(found[0], found[1:])
+        own = sniffs.between(ends_s[0], ends_s[made])
+        centres, radii = range_spheres(own, law, self.arm, self.range_law, made)
+        try:
+            point = vertex(centres, radii)
+        except NotObservable:
+            point = None
+        miss, cov = refined.source - self.place_m, refined.source_cov
+        return Repeat(centres, radii, point, refined.source, cov, float(np.linalg.norm(miss)), nees(miss, cov), made - 1)
+
+    def _locate(self, sniffs: Sniffs, span: tuple[float, float], fit: Fit) -> tuple[tuple[Fit, ...], Fit]:
+        """Places of the source by the readings of a span, best first, and the law, which is fitted without them."""
+        law = self.fit(sniffs.without(*span), fit)
+        told_nothing = replace(law, law=law.law.with_unknown_strength())  # a strength that was told is another source's
+        known = calibrated_prior(told_nothing, self.arm, self.process_noise, self.nominal, Noise.nominal())
+        return self.belief_map.as_calibrated.locate(sniffs.between(*span), known), law
