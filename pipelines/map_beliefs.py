@@ -9,8 +9,9 @@ from oio.core.interfaces import Sensor
 from oio.core.records import Array, seconds
 from oio.core.settings import in_range, settings
 from oio.gas.detection_rule import DetectionRule
-from oio.gas.exposures import Exposures, exposures, highest_signals
+from oio.gas.exposures import Exposures, exposures
 from oio.gas.range_law import RangeLaw
+from oio.gas.signal_range import highest_signals
 from oio.gas.source import Source
 from oio.gas.timing import shift_path
 from oio.gas.trace import Sniffs, Trace

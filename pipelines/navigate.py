@@ -12,8 +12,8 @@ from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.gas.detection import WhiffDetector
 from oio.gas.detection_rule import DetectionRule
-from oio.gas.exposures import highest_signals
 from oio.gas.range_law import LAW
+from oio.gas.signal_range import gas_signals
 from oio.inference.base import Localizer
 from oio.inference.map_fit import Fit
 from oio.kinematics.arm import Arm
@@ -88,12 +88,8 @@ class Navigate:
         times, fits = tuple(t_ns for t_ns, _ in maps), tuple(fits for _, fits in maps)
         return Navigation(
             began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread, context.world.gaps(),
-            self._highest_ppm(context, odometry), context.world.guard_account(),
+            gas_signals(odometry.trace, context.need(Calibration).baselines), context.world.guard_account(),
         )  # fmt: skip
-
-    def _highest_ppm(self, context: Context, odometry: Odometry) -> tuple[float, ...]:
-        baselines = context.need(Calibration).baselines
-        return highest_signals(odometry.trace.as_arrays(), baselines) if len(odometry.trace) > 1 else (0.0,) * len(baselines)
 
     def _recorder(self, context: Context, odometry: Odometry) -> MoveRecorder:
         baselines = context.need(Calibration).baselines

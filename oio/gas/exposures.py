@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oio.core.records import Array, GasReading, nanoseconds
+from oio.core.records import GasReading, nanoseconds
 from oio.gas.bout_rates import Rate
-from oio.gas.bouts import ElementBaseline
 from oio.gas.detection_rule import Detector
 from oio.gas.trace import Sniffs
 
@@ -52,13 +51,3 @@ def _fired(detector: Detector, sniffs: Sniffs) -> NDArray[np.bool_]:
 
 def _rate(fired: list[bool]) -> Rate:
     return Rate(sum(fired), len(fired))
-
-
-def highest_signals(sniffs: Sniffs, baselines: tuple[ElementBaseline, ...]) -> tuple[float, ...]:
-    """Return the highest reading of each element above its clean air [ppm], 0 or more."""
-    signals = sniffs.ppm - np.array([b.ppm for b in baselines])[sniffs.element]
-    return tuple(_highest(signals[sniffs.element == e]) for e in range(len(baselines)))
-
-
-def _highest(signals: Array) -> float:
-    return max(0.0, float(np.max(signals, initial=0.0, where=np.isfinite(signals))))

@@ -10,14 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.whitening import Whitening
-from oio.inference.forward_model import Problem
+from oio.inference.forward_kernel import lag_step
+from oio.inference.forward_model import Prediction, Problem
 from oio.inference.map_fit import Fit
 from oio.inference.model_selection import hold_parameters, law_form
 
 PRIOR_U = 1.5  # of ln(lag over that of the data sheet): a factor of 4.5
-STEP = 1e-4  # of ln(fall over rise), for the derivative
 ITERATIONS, HALVINGS, DECREMENT = 12, 6, 1e-2  # the last in squared posterior standard deviations
 
 
@@ -60,6 +61,32 @@ def rise_and_fall(problem: Problem, fit: Fit) -> RiseAndFall:
     return apart.result(x, np.asarray(np.linalg.inv(hessian), dtype=np.float64))
 
 
+def by_ln_fall(problem: Problem, theta: Array, expected: Prediction) -> Array:
+    """Derivative (m,) [ppm] of the readings expected at theta by ln(lag of the fall).
+
+    Where the gas passes the sensor's own state, a step of the path changes from fall to rise, and readings leap a little: differences of
+    two predictions would take such a leap for a derivative.
+    """
+    lay, sniffs, along = problem.layout, problem.sniffs, expected.along
+    e = sniffs.element[0]
+    initial = max(float((sniffs.ppm[0] - theta[lay.baseline][e]) / np.exp(theta[lay.gain][e])), 0.0)
+    return np.asarray(along.gain * _lagged_by_ln_fall(along.field.mean_ppm, along.dt_s, along.tau_s, initial)[along.at])
+
+
+@compiled
+def _lagged_by_ln_fall(c: Array, dt: Array, tau: Array, initial: float) -> Array:
+    """Derivative (k,) [ppm] of the lagged concentration f by ln(tau) of the steps on which it falls; see `oio.inference.forward_kernel`."""
+    out, f, df = np.empty(len(c)), initial, 0.0
+    for i in range(len(c)):
+        c0 = c[max(i - 1, 0)]
+        phi, share, to_phi = lag_step(dt[i], tau[i])
+        w0, w1 = share - phi, 1.0 - share
+        df = phi * df + (0.0 if c[i] > f else f * to_phi - c[i] * w0 + c0 * (w0 - to_phi))
+        f = phi * f + w0 * c0 + w1 * c[i]
+        out[i] = df
+    return out
+
+
 class _Apart:
     """The problem of a fit with one parameter more: x = (theta, ln(fall over rise)), (P + 1,)."""
 
@@ -87,7 +114,7 @@ class _Apart:
         """Weighted sum of squares at x, its Gauss-Newton Hessian, and minus half its gradient."""
         theta, there = x[:-1], self._with_fall(float(x[-1]))
         expected = there.predict(theta)
-        by_ratio = (self._with_fall(float(x[-1]) + STEP).expect(theta) - expected.ppm) / STEP
+        by_ratio = by_ln_fall(there, theta, expected)
         stacked = np.column_stack([there.residual(theta, expected.ppm), expected.rows, by_ratio])
         white = whitening.of(stacked, expected.along.variance_ppm2).rows
         residual, rows, off = white[:, 0], white[:, 1:], x - self._mean

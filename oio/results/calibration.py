@@ -135,7 +135,7 @@ class Navigation:
     source_m: tuple[float, ...]
     sd_m: float
     gaps: StreamGaps  # in the gas samples since the run began
-    highest_ppm: tuple[float, ...]  # signal of each element above clean air
+    gas_ppm: tuple[float, ...]  # signal of each element above clean air below which 95 % of its readings in gas are
     guard: GuardAccount | None  # of the arm since the run began; None without an arm that moves
 
     @property

@@ -1,10 +1,37 @@
-"""Criteria of a search: are innovations and residuals as large as the model says, from both sides, and do halves of the readings agree."""
+"""Criteria of a search: is its gas in the range of the calibration, are innovations and residuals as large as it says, do halves agree."""
 
 from typing import ClassVar
 
 from oio.core.settings import settings
+from oio.results.calibration import Calibration, Navigation
 from oio.results.criteria.judgement import RECALIBRATE, SEARCH, Criterion, Measured, Results
 from oio.results.criteria.search import evaluation
+
+NO_GAS = "Nothing tests the calibration so: look whether the source is open, search nearer to it, or longer (stage.navigate.max_moves)."
+
+
+@settings
+class GasRange(Criterion):
+    """Signal of the search, below which 95 % of its readings in gas are, over the strongest of the calibration, by element; 0 if no move
+    met gas, only noise or what was left in the sensor. A calibration does not hold where it was never looked at."""
+
+    about: ClassVar[str] = SEARCH
+
+    def measure(self, results: Results) -> Measured | None:
+        """None without moves, and with a calibration that does not say how strong its gas was."""
+        made, search = results.get(Calibration), results.get(Navigation)
+        if not isinstance(made, Calibration) or not isinstance(search, Navigation) or made.highest_ppm is None or not search.made:
+            return None
+        if all(move.whiff_q is None for move in search.made):
+            return Measured(0.0, "of the calibration's", "no move of the search met gas, only noise", below=NO_GAS)
+        pairs = zip(search.gas_ppm, made.highest_ppm, made.baselines, strict=True)
+        ratio, highest = max((met / max(known, base.sigma_ppm), known) for met, known, base in pairs)
+        said = f"95 % of the search's gas is below {ratio:.2g} times the calibration's strongest ({highest:.4g} ppm)"
+        return Measured(
+            ratio, "of the calibration's", said,
+            below="The beacon was much stronger: calibrate farther from it (stage.map_beliefs.distances_m), or with a weaker one.",
+            above="The sensor was never seen there: calibrate with a stronger beacon, or keep off the source (stage.navigate.standoff_m).",
+        )  # fmt: skip
 
 
 @settings

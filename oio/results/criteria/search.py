@@ -1,14 +1,11 @@
-"""Criteria of a search: what its motion could see, in what world and gas, and is the region small enough to be a place."""
+"""Criteria of a search: what its motion could see, in what world, and is the region small enough to be a place."""
 
 from typing import ClassVar
 
 from oio.core.settings import settings
 from oio.inference.map_fit import CALIBRATED
-from oio.results.calibration import Calibration, Navigation
 from oio.results.criteria.judgement import RECALIBRATE, SEARCH, Criterion, Measured, Results
 from oio.results.evaluation import Evaluation
-
-NO_GAS = "Nothing tests the calibration so: look whether the source is open, search nearer to it, or longer (stage.navigate.max_moves)."
 
 
 def evaluation(results: Results) -> Evaluation | None:
@@ -57,29 +54,6 @@ class SameWorld(Criterion):
     def allowed(self, unit: str) -> str:
         """In words, as the value is yes or no."""
         return "the calibrated world"
-
-
-@settings
-class GasRange(Criterion):
-    """Strongest signal of the search over the strongest of the calibration, by element; 0 if no move met gas, only noise or what was left
-    in the sensor. A calibration does not hold where it was never looked at."""
-
-    about: ClassVar[str] = SEARCH
-
-    def measure(self, results: Results) -> Measured | None:
-        """None without moves, and with a calibration that does not say how strong its gas was."""
-        made, search = results.get(Calibration), results.get(Navigation)
-        if not isinstance(made, Calibration) or not isinstance(search, Navigation) or made.highest_ppm is None or not search.made:
-            return None
-        if all(move.whiff_q is None for move in search.made):
-            return Measured(0.0, "of the calibration's", "no move of the search met gas, only noise", below=NO_GAS)
-        pairs = zip(search.highest_ppm, made.highest_ppm, made.baselines, strict=True)
-        ratio, highest = max((met / max(known, base.sigma_ppm), known) for met, known, base in pairs)
-        return Measured(
-            ratio, "of the calibration's", f"the strongest gas of the search is {ratio:.2g} times the calibration's ({highest:.4g} ppm)",
-            below="The beacon's gas was much stronger: calibrate farther from it (stage.map_beliefs.distances_m), or weaker.",
-            above="The sensor was never seen there: calibrate with a stronger beacon, or keep off the source (stage.navigate.standoff_m).",
-        )  # fmt: skip
 
 
 @settings

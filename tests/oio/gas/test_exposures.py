@@ -1,4 +1,4 @@
-"""Approaches to a known source, counted from the way toward it to the way from it; and how strong its gas was."""
+"""Approaches to a known source, counted from the way toward it to the way from it."""
 
 from types import SimpleNamespace
 
@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from oio.gas.bout_rates import Rate
-from oio.gas.bouts import ElementBaseline
-from oio.gas.exposures import exposures, highest_signals
+from oio.gas.exposures import exposures
 from oio.gas.trace import Sniffs
 
 ENDS_S = (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0)
@@ -54,9 +53,3 @@ def test_without_a_measurement_there_is_no_approach():
     assert exposures(Above(5.0), sensed([9.0, 9.0]), (0.0,), ()).approaches == Rate(0, 0)
     with pytest.raises(ValueError, match="shorter"):
         exposures(Above(5.0), sensed([9.0, 9.0]), ENDS_S, NEAR[:2])
-
-
-def test_the_highest_signal_is_above_each_elements_own_clean_air():
-    two = tuple(ElementBaseline(ppm, 0.1, ppm, 5, 5.0) for ppm in (1.0, 2.0))
-    assert highest_signals(sensed([3.0, 9.0, 5.0, 2.5], element=[0, 1, 0, 1]), two) == (4.0, 7.0)
-    assert highest_signals(sensed([0.5, np.nan], element=[0, 0]), two) == (0.0, 0.0)

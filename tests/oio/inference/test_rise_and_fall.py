@@ -7,7 +7,7 @@ import pytest
 
 from oio.gas.fluctuation import Fluctuation
 from oio.inference.map_fit import solve
-from oio.inference.rise_and_fall import PRIOR_U, rise_and_fall
+from oio.inference.rise_and_fall import PRIOR_U, by_ln_fall, rise_and_fall
 
 AIR = Fluctuation(1.0, 0.1, 0.3)
 DATA_SHEET_U = 0.15
@@ -59,3 +59,14 @@ def test_without_gas_the_readings_tell_neither(lab, draw):
     found = rise_and_fall(problem, fit)
     assert 0.5 < found.rise.u_ln <= PRIOR_U + 1e-9 and 0.5 < found.fall.u_ln <= PRIOR_U + 1e-9
     assert float(np.sqrt(fit.cov[problem.layout.tau, problem.layout.tau])) < 1.01 * DATA_SHEET_U
+
+
+def test_the_derivative_by_the_fall_is_that_of_the_readings(lab, draw):
+    problem, theta, _ = beacon(lab, draw, 722)
+    tau = problem.layout.tau
+    expected = problem.predict(theta)
+    found = by_ln_fall(problem, theta, expected)
+    slower, faster = (replace(problem, fall_s=problem.fall_s * np.exp(h)).expect(theta) for h in (1e-5, -1e-5))
+    np.testing.assert_allclose(found, (slower - faster) / 2e-5, atol=1e-4 * np.max(np.abs(found)))
+    of_rise = (replace(problem, rise_s=problem.rise_s * np.exp(1e-5)).expect(theta) - expected.ppm) / 1e-5
+    np.testing.assert_allclose(found + of_rise, expected.rows[:, tau], atol=1e-3 * np.max(np.abs(found)))

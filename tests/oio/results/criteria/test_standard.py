@@ -60,9 +60,9 @@ def moved(**guard):
     return beacon(guard=replace(GUARD, **guard))
 
 
-def search(highest_ppm=30.0, whiffs=2):
+def search(gas_ppm=30.0, whiffs=2):
     made = tuple(Move(np.zeros(5), 0.0, 1.0, np.zeros(5) if i < whiffs else None) for i in range(4))
-    return Navigation(0, 1, (), (), (), made, True, (0.3, 0.0, 0.2), 0.01, STREAM, (highest_ppm,), GUARD)
+    return Navigation(0, 1, (), (), (), made, True, (0.3, 0.0, 0.2), 0.01, STREAM, (gas_ppm,), GUARD)
 
 
 def met(**met):
@@ -129,7 +129,7 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
 }  # fmt: skip
 TWO_WORDS = {  # what has no FAIL: a yes or no that is a matter of caution
     "kept": [(loaded(), "nothing speaks against it"), (loaded("its own verdict was WARN."), "its own verdict was WARN")],
-    "gas_range": [(met(), "0.75 times the calibration's (40 ppm)"), (met(highest_ppm=200.0), "5 times")],
+    "gas_range": [(met(), "0.75 times the calibration's strongest (40 ppm)"), (met(gas_ppm=800.0), "20 times")],
     "world": [(evaluation(), "calibrated world"), (evaluation(world="a wall"), "a wall explains")],
     "declared": [(evaluation(), "after 8 moves"), (evaluation(found=False), "not declared within 8 moves")],
 }
@@ -183,15 +183,15 @@ def test_a_good_run_passes_and_the_worst_word_counts():
 
 
 def test_only_noise_is_a_remark_with_another_action():
-    noise, near = judgement("gas_range", met(highest_ppm=2.0, whiffs=0)), judgement("gas_range", met(highest_ppm=0.1))
+    noise, near = judgement("gas_range", met(gas_ppm=2.0, whiffs=0)), judgement("gas_range", met(gas_ppm=0.1))
     assert (noise.word, near.word) == ("WARN", "WARN") and "only noise" in noise.found
-    assert len({noise.action, near.action, judgement("gas_range", met(highest_ppm=200.0)).action}) == 3
+    assert len({noise.action, near.action, judgement("gas_range", met(gas_ppm=800.0)).action}) == 3
 
 
 def test_an_element_that_was_seen_least_decides():
     two = (ElementBaseline(5.0, 0.1, 5.2, 5, 5.0),) * 2
     known = replace(loaded(highest_ppm=(40.0, 10.0)), baselines=two)
-    assert judgement("gas_range", (known, replace(search(), highest_ppm=(30.0, 80.0)))).value == 8.0
+    assert judgement("gas_range", (known, replace(search(), gas_ppm=(30.0, 80.0)))).value == 8.0
 
 
 @pytest.mark.parametrize("hole", [{"without_limit": ("pan", "arm.box_low_m")}, {"load_unwatched": ("tilt",)}])
