@@ -46,6 +46,7 @@ class AssembleQR:
             u_b_m=found.type_b.u_b_m,
             moves=found.moves + sum(rung.moves for rung in bouts.rungs),
             baselines=base.elements,
+            highest_ppm=found.highest_ppm,
         )
         held, verdict = self.holds_for, judge(context.results, self.verdict)
         text = calibration_yaml(calibration, bouts, found, noises, held, context.world.made, verdict, context.world.t_ns)

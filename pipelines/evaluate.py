@@ -15,8 +15,8 @@ from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, Navigation
+from oio.results.evaluation import Evaluation, Findings
 from oio.results.rescoring import Rescoring, Variant
-from oio.results.summary import Evaluation, Findings
 from oio.results.verdict import ScoreLimits, score
 from oio.runtime.context import Context
 from oio.search.stop_rule import StopRule
@@ -62,8 +62,10 @@ class Evaluate:
         )  # fmt: skip
 
     def _findings(self, rerun: Rescoring) -> Findings:
-        maps = rerun.variants["calibrated"].odometry.hypotheses
-        return Findings(maps[0].residuals if maps else None, self._unseen(rerun), self.arm.dof, self.arm.box_sd_m)
+        variant = rerun.variants["calibrated"]
+        maps, innovations = variant.odometry.hypotheses, len(variant.nis) + variant.gated
+        residuals = maps[0].residuals if maps else None
+        return Findings(residuals, self._unseen(rerun), self.arm.dof, self.arm.box_sd_m, innovations, variant.gated)
 
     def _rerun(self, context: Context) -> Rescoring:
         known, search = context.need(Calibration), context.need(Navigation)

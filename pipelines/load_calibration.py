@@ -73,7 +73,8 @@ class LoadCalibration:
         context.log.progress(context.world.t_ns, f"calibration={self.path}", " ".join(remarks) or "fits this run")
         return Calibration(
             priors[self.assembly], priors["paper"], self._cold(), self._cold(pinned=False), kept.noises[self.assembly], kept.time_s,
-            kept.error_ppm, kept.u_a_ppm, kept.u_b_m, kept.moves, baselines or kept.baselines, Kept(kept.file, kept.verdict, remarks),
+            kept.error_ppm, kept.u_a_ppm, kept.u_b_m, kept.moves, baselines or kept.baselines, kept.highest_ppm,
+            Kept(kept.file, kept.verdict, remarks),
         )  # fmt: skip
 
     def _cold(self, pinned: bool = True) -> Prior:

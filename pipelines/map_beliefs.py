@@ -8,19 +8,25 @@ from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, seconds
 from oio.core.settings import Within, settings
+from oio.gas.detection_rule import DetectionRule
+from oio.gas.exposures import Exposures, exposures
 from oio.gas.range_law import RangeLaw
+from oio.gas.signal_range import highest_signals
 from oio.gas.source import Source
 from oio.gas.timing import shift_path
-from oio.gas.trace import Trace
+from oio.gas.trace import Sniffs, Trace
 from oio.inference.base import Localizer
 from oio.inference.beacon_repeats import BeaconSurvey, Repeat
 from oio.inference.prior import Nominal
 from oio.inference.process_noise import ProcessNoise
+from oio.inference.rise_and_fall import rise_and_fall
 from oio.inference.uncertainty import type_b_of_repeats
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration, MapCalibration
 from oio.runtime.context import Context, sniff
 from oio.search.measurement_pose import measurement_pose
+
+NEAR = 0.5  # a measurement within this share of the farthest is near the beacon
 
 
 @settings
@@ -34,6 +40,7 @@ class MapBeliefs:
     process_noise: ProcessNoise
     belief_map: Localizer
     nominal: Nominal
+    bout: DetectionRule
     beacon: Source
     beacon_u_m: Annotated[float, Within(1e-6, 1)]  # how well the beacon's place is known, standard uncertainty per axis
     distances_m: Annotated[tuple[float, ...], Within(1e-3, 100)]  # one measurement each; the paper's ideal is five
@@ -59,25 +66,37 @@ class MapBeliefs:
             made = self._measure(context, trace, ends)
             if made < len(self.distances_m):
                 break  # no repeat, but what was sensed helps the fit
+        return self._result(context, trace.as_arrays(), ends)
+
+    def _result(self, context: Context, sensed: Sniffs, ends: list[float]) -> MapCalibration:
         survey, least = self._survey(context), len(self.distances_m)
-        delay = survey.delay(trace.as_arrays())
-        sniffs = shift_path(trace.as_arrays(), delay.s)
+        delay = survey.delay(sensed)
+        sniffs = shift_path(sensed, delay.s)
         fit = survey.fit(sniffs)
         repeats = tuple(survey.repeat(sniffs, ends[begin:], least, fit) for begin in range(0, len(ends) - least, least))
         self._draw(context, repeats[-1])
         misses, nees = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
-        type_b = type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats))
         return MapCalibration(
             fit,
             repeats,
-            type_b,
+            type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats)),
             context.world.t_ns,
             self._error_ppm(context),
             len(ends) - 1,
             delay,
             context.world.gaps(),
             self.arm.box_sd_m,
+            rise_and_fall(survey.problem(sniffs), fit),
+            self._exposures(context, sensed, ends),
+            highest_signals(sensed, context.need(BaselineResult).elements),
+            context.world.guard_account(),
         )
+
+    def _exposures(self, context: Context, sniffs: Sniffs, ends_s: list[float]) -> Exposures:
+        """What the bout rule, begun anew, makes of the measurements."""
+        detector = self.bout.detector(self.bout.window(self.arm.dof), context.need(BaselineResult).elements)
+        near = [distance <= NEAR * max(self.distances_m) for distance in self.distances_m]
+        return exposures(detector, sniffs, ends_s, [near[i % len(near)] for i in range(len(ends_s) - 1)])
 
     def _measure(self, context: Context, trace: Trace, ends_s: list[float]) -> int:
         """Measurements of one more repeat that were made: all, or those that end within the budget if there are repeats enough.

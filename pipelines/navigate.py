@@ -13,6 +13,7 @@ from oio.estimators.odometry import Odometry
 from oio.gas.detection import WhiffDetector
 from oio.gas.detection_rule import DetectionRule
 from oio.gas.range_law import LAW
+from oio.gas.signal_range import gas_signals
 from oio.inference.base import Localizer
 from oio.inference.map_fit import Fit
 from oio.kinematics.arm import Arm
@@ -85,7 +86,10 @@ class Navigate:
         place = tuple(float(v) for v in source[0]) if source is not None else (np.nan,) * 3
         spread = float(np.sqrt(np.trace(source[1]))) if source is not None else np.inf
         times, fits = tuple(t_ns for t_ns, _ in maps), tuple(fits for _, fits in maps)
-        return Navigation(began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread, context.world.gaps())
+        return Navigation(
+            began, context.world.t_ns, times, fits, tuple(ends), tuple(moves), declared, place, spread, context.world.gaps(),
+            gas_signals(odometry.trace, context.need(Calibration).baselines), context.world.guard_account(),
+        )  # fmt: skip
 
     def _recorder(self, context: Context, odometry: Odometry) -> MoveRecorder:
         baselines = context.need(Calibration).baselines

@@ -2,15 +2,17 @@
 
 from collections import deque
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Annotated, ClassVar
 
 import numpy as np
 
-from oio.core.errors import BadInput, NotSettled
+from oio.core.errors import BadInput, NotObservable, NotSettled
 from oio.core.interfaces import Sensor
 from oio.core.records import GasReading, GasSample, seconds
 from oio.core.settings import Within, settings
 from oio.gas.settling import settling_time
+from oio.identification.allan_slope import EndSlope, end_slope
 from oio.identification.stationarity import kpss
 from oio.results.calibration import WarmUpResult
 from oio.runtime.context import Context
@@ -54,8 +56,7 @@ class WarmUp:
                 context.log.progress(context.world.t_ns, "slope to vanish", self._in_words(worst, recent))
                 if self._at_rest(window, slopes):
                     settled = self._settled(window, slopes, seconds(context.world.t_ns - began))
-                    self._record_drift(context)
-                    return settled
+                    return replace(settled, drift=self._record_drift(context))
         raise NotSettled(self._complaint(waited, window))
 
     def _in_words(self, worst: tuple[float, float], recent: Iterable[tuple[float, float]]) -> str:
@@ -74,19 +75,26 @@ class WarmUp:
             return all(kpss(np.array([r.ppm for r in w])).stationary for w in window)
         return all(abs(slope) <= max(self.sensor.settled_ppm_per_min, 2.0 * u) for slope, u in slopes)
 
-    def _record_drift(self, context: Context) -> None:
+    def _record_drift(self, context: Context) -> EndSlope | None:
+        """Record clean air; returns the steepest slope of an element's Allan deviation, None without a record that has one."""
         if self.drift_record_s == 0.0:
-            return  # not even a span without length goes to the log
+            return None  # not even a span without length goes to the log
         context.log.progress(context.world.t_ns, "drift record", f"{self.drift_record_s:g} s of clean air")
+        readings: list[list[GasReading]] = [[] for _ in range(self.sensor.elements)]
         for sample in context.world.samples(self.drift_record_s):
             if isinstance(sample, GasSample):
-                context.log.reading(self.sensor.reading(sample))
+                reading = self.sensor.reading(sample)
+                context.log.reading(reading)
+                if not reading.missed:
+                    readings[reading.element].append(reading)
+        slopes = [slope for element in readings if (slope := _end_slope(element)) is not None]
+        return max(slopes, key=lambda slope: slope.slope, default=None)
 
     def _settled(self, window: Window, slopes: list[tuple[float, float]], waited_s: float) -> WarmUpResult:
         ratio = [_variance_about_line(w) / w[-1].sigma_ppm ** 2 for w in window]
         return WarmUpResult(
             waited_s, tuple(s for s, _ in slopes), tuple(u for _, u in slopes), tuple(map(float, ratio)), self._needed * len(window),
-            self.sensor.settled_ppm_per_min,
+            self.sensor.settled_ppm_per_min, None,
         )  # fmt: skip
 
     def _complaint(self, waited_s: float, window: Window) -> str:
@@ -98,6 +106,13 @@ class WarmUp:
             f"sensor '{self.sensor.name}' still drifts by {slope:+.2f} ppm/min after {waited_s:.3g} s; "
             f"{self.sensor.settled_ppm_per_min:g} ppm/min is allowed. Leave it on longer, or raise stage.warm_up.max_s."
         )
+
+
+def _end_slope(element: list[GasReading]) -> EndSlope | None:
+    try:
+        return end_slope(np.array([seconds(r.t_ns) for r in element]), np.array([r.ppm for r in element]))
+    except NotObservable:  # too short, or readings that never change: the criterion of the noise sees those
+        return None
 
 
 def _line(window: deque[GasReading]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

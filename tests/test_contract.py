@@ -14,7 +14,7 @@ from hydra.core.global_hydra import GlobalHydra
 from mcap.reader import make_reader
 
 from oio.cli import run
-from oio.core.records import GasSample, JointState, Truth
+from oio.core.records import Event, GasSample, JointState, Truth
 from oio.log import (
     read_attachment,
     read_beliefs,
@@ -385,6 +385,12 @@ def test_a_replay_gives_every_bit_again(made, replayed, read):
 def test_a_replay_needs_no_other_word_than_the_log(made, replayed):
     """Overrides come from the log."""
     assert replayed.yaml("config.yaml")["stage"] == made.yaml("config.yaml")["stage"]
+
+
+def test_a_replay_has_the_account_of_the_guard_that_moved_the_arm(made, replayed):
+    accounts = [[e.text for e in read_samples(run.log) if isinstance(e, Event) and e.kind == "guard"] for run in (made, replayed)]
+    assert len(accounts[0]) == 2 and accounts[0] == accounts[1]  # at the end of calibration and search
+    assert {"safety", "steps", "bout_detection", "streams", "gas_range", "gated"} <= {c["name"] for c in replayed.summary["criteria"]}
 
 
 def test_a_replay_calibrates_and_scores_the_same(made, replayed):

@@ -59,6 +59,7 @@ def test_sensor_and_air_come_back_to_the_last_bit(built, made, tmp_path):
     figures = ("noise", "time_s", "error_ppm", "u_a_ppm", "u_b_m", "moves", "baselines")
     assert all(getattr(first, key) == getattr(again, key) or key == "baselines" for key in figures)
     assert [b.ppm for b in first.baselines] == [b.ppm for b in again.baselines]
+    assert first.highest_ppm == again.highest_ppm and min(first.highest_ppm) > 1.0
     assert (tmp_path / "calibration.yaml").read_bytes() == path.read_bytes()
 
 
@@ -144,6 +145,7 @@ def test_what_does_not_fit_is_refused_before_anything_moves(built, made, words, 
         (("fit", "parameters"), ["x"], "fit.parameters of the calibration is x"),
         (("fit", "fluctuation", "gamma"), -1.0, "fit.fluctuation.gamma is -1.0, but it must be a finite number, 0 or more"),
         (("fit", "fluctuation", "scale"), float("nan"), "fit.fluctuation.scale is nan"),
+        (("highest_ppm",), [1.0], "highest_ppm is [1.0], but it must be 2 finite numbers"),
         (("baselines",), [{"ppm": "5 ppm"}], "baselines[0].ppm is '5 ppm'"),
         (("assemblies", "gum", "measurements"), 2.5, "assemblies.gum.measurements is 2.5, but it must be a whole number"),
         (("totals",), None, "totals is None, but it must be a mapping"),
@@ -178,6 +180,13 @@ def test_a_covariance_that_is_none_is_refused(built, made, tmp_path):
         load(built, tmp_path / "bad.yaml")
 
 
+def test_an_older_file_does_not_say_how_strong_its_gas_was(built, made, tmp_path):
+    document = yaml.safe_load(made[1].read_text())
+    del document["highest_ppm"]
+    (tmp_path / "old.yaml").write_text(yaml.safe_dump(document))
+    assert loaded(built, tmp_path / "old.yaml", tmp_path).highest_ppm is None
+
+
 def test_every_missing_key_is_named(built, made, tmp_path):
     document = yaml.safe_load(made[1].read_text())
     for name in ("schema", "holds_for", "fit", "assemblies", "baselines", "totals", "verdict", "paper_values", "made"):
@@ -197,6 +206,8 @@ def test_a_run_begins_with_it_and_its_log_is_replayed(made, tmp_path):
     assert done.returncode in (0, 3), done.stderr
     assert f"calibration of {made[1]}:" in done.stdout and "kept" in done.stdout
     first = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert {"gas_range", "safety", "streams", "gated"} <= {c["name"] for c in first["criteria"]}
+    assert {"steps", "bout_detection", "delay", "repeats"}.isdisjoint({c["name"] for c in first["criteria"]})
     assert first["calibration"]["kept"]["file"] == str(made[1]) and first["calibrated"]["moves"] == 8
     log = tmp_path / "run" / "run.mcap"
     again = run(tmp_path / "again", "backend=replay", f"backend.log={log}", "stage=[navigate,evaluate]")

@@ -20,6 +20,7 @@ from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array, Event, GasSample, Truth, WorldSample, nanoseconds, seconds
 from oio.kinematics.arm import Arm
+from oio.motion.guard_account import GuardAccount
 
 A = TypeVar("A")
 Place = tuple[float, float, float] | None
@@ -59,6 +60,10 @@ class LiveWorld:
     def identities(self) -> dict[str, str | None]:
         """What nose and arm said of themselves, by configuration key; None for one that said nothing."""
         return {device.driver.key: device.identity for device in (self._nose, self._arm) if device is not None}
+
+    def guard_account(self) -> GuardAccount | None:
+        """What the arm was held to so far; None without an arm that moves."""
+        return self._mover.guard_account() if isinstance(self._mover, ServoArm) else None
 
     def go_home(self, at_least_s: float) -> None:
         """First move, to the home pose; its samples are discarded."""

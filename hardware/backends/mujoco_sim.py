@@ -23,6 +23,7 @@ from oio.gas.source import Source
 from oio.kinematics.arm import Arm
 from oio.kinematics.finite_differences import FiniteDifferences
 from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
+from oio.motion.guard_account import GuardAccount
 
 OWN = ("hardware", "oio")
 LOAD_EVERY = 5  # control ticks: 0.1 s
@@ -126,6 +127,10 @@ class SimulatedWorld:
     def t_ns(self) -> int:
         """Nanoseconds since the world opened."""
         return self._plant.t_ns
+
+    def guard_account(self) -> GuardAccount:
+        """What the arm was held to so far."""
+        return self.guard.account()
 
     def move(self, q_rad: Array, over_s: float) -> float:
         """Start a minimum-jerk move from the present set-point; return its duration [s]. Raises what the guard refuses."""

@@ -12,6 +12,7 @@ from oio.core.errors import BadInput, WorldEnded
 from oio.core.records import Array, Event, WorldSample, nanoseconds, seconds
 from oio.core.settings import Within, settings
 from oio.log import read_end, read_metadata, read_samples
+from oio.motion.guard_account import GuardAccount
 from oio.runtime.guarded_world import move_text
 
 _SOURCES = ("none", "beacon", "source")
@@ -56,6 +57,10 @@ class ReplayedWorld:
     def t_ns(self) -> int:
         """Nanoseconds since the logged world opened."""
         return self._t_ns
+
+    def guard_account(self) -> GuardAccount | None:
+        """What the guard of the logged run held its arm to by now; None if the log does not say."""
+        return None if self._log.guard is None else GuardAccount.from_json(self._log.guard)
 
     def move(self, q_rad: Array, over_s: float) -> float:
         """Do nothing: the joints are those of the log. An Event reports a command that differs from the log's.

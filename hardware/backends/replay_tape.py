@@ -4,23 +4,28 @@ from collections import deque
 from collections.abc import Iterator
 
 from oio.core.records import Event, GasSample, JointState, Truth, WorldSample
+from oio.runtime.guarded_world import GUARD
 
 COMMANDS = ("move", "present")
 
 
 class ReplayTape:
-    """Log reader with one record of look-ahead: `head` is the next sample or span mark, `commands` are the commands before it."""
+    """Log reader with one record of look-ahead: `head` is the next sample or span mark, `commands` are the commands before it, `guard` is
+    the last account of a guard before it, as text."""
 
     def __init__(self, records: Iterator[WorldSample]) -> None:
         self._records = records
         self.commands: deque[Event] = deque()
         self.head: WorldSample | None = None
+        self.guard: str | None = None
         self._advance()
 
     def _advance(self) -> None:
         for record in self._records:
             if isinstance(record, Event) and record.kind in COMMANDS:
                 self.commands.append(record)
+            elif isinstance(record, Event) and record.kind == GUARD:
+                self.guard = record.text
             elif isinstance(record, JointState | GasSample | Truth) or record.kind == "span":  # the new run makes other events itself
                 self.head = record
                 return

@@ -18,7 +18,8 @@ from oio.core.errors import BadInput
 from oio.core.folders import CONF
 from oio.log import MemoryLog
 from oio.results.calibration import Calibration
-from oio.results.summary import Evaluation, summary
+from oio.results.evaluation import Evaluation
+from oio.results.summary import summary
 from oio.results.verdict import judge
 from oio.runtime.runner import run_stages
 

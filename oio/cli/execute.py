@@ -26,7 +26,8 @@ from oio.procedure.performance import Performance
 from oio.results.calibration import BaselineResult, Calibration
 from oio.results.calibration_file import baseline_yaml
 from oio.results.criteria.judgement import Verdict
-from oio.results.summary import Evaluation, Reproducible, summary, to_json
+from oio.results.evaluation import Evaluation
+from oio.results.summary import Reproducible, summary, to_json
 from oio.results.verdict import judge
 from oio.runtime.arm_display import setup_of
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable

@@ -14,6 +14,7 @@ from oio.core.records import Array
 from oio.core.settings import Within, settings
 from oio.kinematics.arm import Arm
 from oio.kinematics.minimum_jerk import PEAK_OVER_MEAN
+from oio.motion.guard_account import CommandedTrack, GuardAccount, without_limit
 from oio.motion.load_monitor import LoadLimits, LoadMonitor
 from oio.motion.path_planning import Segment, box_violation_m, duration_s, plan
 from oio.motion.trajectory import Trajectory
@@ -51,6 +52,7 @@ class Guard:
         self._arm, self._safety, self._joints = arm, safety, joints
         self._step_s = max(safety.step_s, period_s)
         self._timeout_s = {HOST: safety.heartbeat_timeout_s, NOSE: safety.heartbeat_timeout_s + safety.sample_s}
+        self._track = CommandedTrack(arm)
         self._stand(arm.home)
         self.held: str | None = "it has not begun"  # why the arm is stopped, None if it is not
 
@@ -70,6 +72,12 @@ class Guard:
     def _stand(self, q: Array) -> None:
         self._trajectory, self._load_monitor = Trajectory(q, self._step_s), LoadMonitor(self._safety.load_limits, self._arm.names)
         self._heard_s: dict[str, float] = {}
+        self._track.restart()
+
+    def account(self) -> GuardAccount:
+        """What the arm was held to since the guard was made."""
+        arm = self._arm
+        return GuardAccount(without_limit(arm), self._track.top_speed_m_s, arm.nose_limit_m_s, self._load_monitor.unwatched)
 
     @property
     def arrived(self) -> bool:
@@ -100,7 +108,9 @@ class Guard:
         if self.held is None and math.isfinite(t_s):
             self._check_heartbeats(t_s)
         if self.held is None and math.isfinite(t_s):
-            return self._trajectory.command(t_s).copy()
+            q = self._trajectory.command(t_s).copy()
+            self._track.add(t_s, q)
+            return q
         return self._trajectory.q.copy()
 
     def heartbeat(self, t_s: float, who: str) -> None:

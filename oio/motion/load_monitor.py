@@ -24,10 +24,17 @@ class LoadMonitor:
     def __init__(self, limits: LoadLimits, names: tuple[str, ...]) -> None:
         self._limits, self._names = limits, names
         self._last_s, self._excess_s = np.inf, np.zeros(len(names))
+        self._heard = np.zeros(len(names), dtype=np.bool_)
+
+    @property
+    def unwatched(self) -> tuple[str, ...]:
+        """Joints that no load will ever stop: none was heard of them yet, or the limit is all of their torque."""
+        return tuple(name for name, heard in zip(self._names, self._heard, strict=True) if not heard or self._limits.load >= 1.0)
 
     def check(self, t_s: float, load: Array, temperature: Array | None) -> str | None:
         """The overload in words, if any, with load (n,), -1 to 1, and temperature (n,) degC at t_s; NaN where unknown."""
         loads = self._read("loads", load)
+        self._heard |= np.isfinite(loads)
         hot = None if temperature is None else self._too_hot(self._read("temperatures", temperature))
         for_s = min(max(t_s - self._last_s, 0.0), MAX_INTERVAL_S)
         self._last_s = t_s

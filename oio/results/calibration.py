@@ -3,20 +3,24 @@
 from dataclasses import dataclass
 
 from oio.gas.bouts import ElementBaseline
+from oio.gas.exposures import Exposures
 from oio.gas.timing import Delay
 from oio.gas.trace import Trace
+from oio.identification.allan_slope import EndSlope
 from oio.inference.beacon_repeats import Repeat
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
+from oio.inference.rise_and_fall import RiseAndFall
 from oio.inference.uncertainty import Noise, TypeA, TypeB
+from oio.motion.guard_account import GuardAccount
 from oio.runtime.gas_stream import StreamGaps
 from oio.search.view import Move
 
 
 @dataclass(frozen=True)
 class WarmUpResult:
-    """Result of warm-up: waiting time [s], last slope of each element [ppm/min] with its standard error, noise scale of the window, and
-    the slope below which the sensor counts as at rest."""
+    """Result of warm-up: waiting time [s], last slope of each element [ppm/min] with its standard error, noise scale of the window, the
+    slope below which the sensor counts as at rest, and the drift of the clean air recorded afterwards, None without a record."""
 
     waited_s: float
     slope_ppm_per_min: tuple[float, ...]
@@ -24,6 +28,7 @@ class WarmUpResult:
     noise_ratios: tuple[float, ...]  # of each element: variance about the fitted line over the sensor's nominal variance
     readings: int
     rest_ppm_per_min: float
+    drift: EndSlope | None
 
     @property
     def noise_scale(self) -> float:
@@ -67,6 +72,10 @@ class MapCalibration:
     delay: Delay
     gaps: StreamGaps  # in the gas samples since the run began
     box_sd_m: float  # standard deviation of a place anywhere in the workspace box
+    lags: RiseAndFall  # by the readings alone
+    exposures: Exposures  # to the beacon, and what the bout rule made of them
+    highest_ppm: tuple[float, ...]  # signal of each element above clean air, since the beacon was open
+    guard: GuardAccount | None  # of the arm so far; None without an arm that moves
 
 
 @dataclass(frozen=True)
@@ -94,6 +103,7 @@ class Calibration:
     u_b_m: float
     moves: int
     baselines: tuple[ElementBaseline, ...]
+    highest_ppm: tuple[float, ...] | None  # signal of each element above clean air; None of a file that does not say
     kept: Kept | None = None  # where it comes from, if not from this run
 
 
@@ -111,6 +121,8 @@ class Navigation:
     source_m: tuple[float, ...]
     sd_m: float
     gaps: StreamGaps  # in the gas samples since the run began
+    gas_ppm: tuple[float, ...]  # signal of each element above clean air below which 95 % of its readings in gas are
+    guard: GuardAccount | None  # of the arm since the run began; None without an arm that moves
 
     @property
     def moves(self) -> int:

@@ -50,6 +50,7 @@ def fit_entries(
             {"ppm": b.ppm, "sigma_ppm": b.sigma_ppm, "highest_ppm": b.highest_ppm, "n": b.n, "n_effective": b.n_effective}
             for b in calibration.baselines
         ],
+        "highest_ppm": [float(v) for v in found.highest_ppm],
         "totals": {"time_s": calibration.time_s, "error_ppm": calibration.error_ppm, "moves": calibration.moves},
     }
 

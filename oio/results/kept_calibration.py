@@ -56,6 +56,7 @@ class KeptCalibration:
     u_a_ppm: float
     u_b_m: float
     moves: int
+    highest_ppm: tuple[float, ...] | None  # None of a file that does not say
 
 
 def read_kept(path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
@@ -88,6 +89,7 @@ def kept_of(text: str, path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
         Delay(late.number("s", 0.0), late.number("u_s", 0.0)),
         baselines, totals.number("time_s", 0.0), totals.number("error_ppm", 0.0),
         paper.section("u_a").number("value", 0.0), paper.section("u_b").number("value", 0.0), totals.whole("moves"),
+        None if "highest_ppm" not in read.names else tuple(read.numbers("highest_ppm", len(baselines)).tolist()),
     )  # fmt: skip
 
 

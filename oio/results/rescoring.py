@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from oio.core.interfaces import Sensor
-from oio.core.records import Array, GasSample, JointState, Truth, WorldSample, seconds
+from oio.core.records import Array, GasSample, Innovation, JointState, Truth, WorldSample, seconds
 from oio.estimators.odometry import Odometry
 from oio.inference.map_fit import CALIBRATED, Fit
 from oio.inference.metrics import SourceScore, rms, score_source
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Navigation
-from oio.results.summary import Outcome, Place
+from oio.results.evaluation import Outcome, Place
 from oio.search.stop_rule import StopRule
 
 
@@ -24,9 +24,17 @@ class Variant:
     searched: bool  # the filter that ran the search: its maps and its declaration are taken from the record, not recomputed
     last_map: bool = False  # makes the last map only, over the whole trace; no filter runs before it
     nis: list[float] = field(default_factory=list)
+    gated: int = 0  # innovations that the gate rejected; they have no part in the mean NIS
     nose_errors_m: list[float] = field(default_factory=list)
     declared_ns: int | None = None
     filtered: tuple[Array, Array] | None = None  # source mean and covariance by the filter alone, before the last map
+
+    def take(self, innovation: Innovation) -> None:
+        """Take note of the innovation of a reading that was not missed."""
+        if innovation.gated:
+            self.gated += 1
+        else:
+            self.nis.append(innovation.nis)
 
 
 class Rescoring:
@@ -57,10 +65,11 @@ class Rescoring:
             for variant in self.variants.values():
                 variant.odometry.joints(sample)
         elif isinstance(sample, GasSample):
+            reading = self._sensor.reading(sample)
             for variant in self.variants.values():
-                innovation = variant.odometry.reading(self._sensor.reading(sample))
-                if innovation is not None and not innovation.gated:
-                    variant.nis.append(innovation.nis)
+                innovation = variant.odometry.reading(reading)
+                if innovation is not None and not reading.missed:
+                    variant.take(innovation)
 
     def _move_ended(self, t_ns: int) -> None:
         moves_done = sum(end <= t_ns for end in self._search.move_ends_ns)

@@ -6,7 +6,7 @@ from typing import Annotated
 from oio.core.settings import Within, settings
 from oio.inference.metrics import CHI2_95
 from oio.results.criteria.judgement import Criterion, Results, Verdict
-from oio.results.summary import Outcome, Scored
+from oio.results.evaluation import Outcome, Scored
 
 
 @settings

@@ -8,11 +8,14 @@ import numpy as np
 
 from oio.core import interrupt
 from oio.core.interfaces import World
-from oio.core.records import Array, Event, GasSample, JointState, Sample
+from oio.core.records import Array, Event, GasSample, JointState, Sample, WorldSample
 from oio.kinematics.arm import Arm
 from oio.log import RunLog
+from oio.motion.guard_account import GuardAccount
 from oio.motion.path_planning import duration_s, plan
 from oio.runtime.gas_stream import GasStream, StreamGaps
+
+GUARD = "guard"  # kind of an event: the account of the arm's guard
 
 
 class GuardedWorld:
@@ -42,14 +45,19 @@ class GuardedWorld:
         for sample in self._world.samples(for_s):
             self._log.write(sample)
             interrupt.check()
+            self._note(sample)
             if self._display is not None and isinstance(sample, JointState):
                 self._display(sample)
-            if isinstance(sample, GasSample):
-                self._gas.arrived(sample.t_ns)
-                if sample.raw >= self._highest_raw:
-                    continue
+            if isinstance(sample, GasSample) and sample.raw >= self._highest_raw:
+                continue
             if isinstance(sample, JointState | GasSample):
                 yield sample
+
+    def _note(self, sample: WorldSample) -> None:
+        if isinstance(sample, GasSample):
+            self._gas.arrived(sample.t_ns)
+        elif isinstance(sample, JointState):
+            self._gas.joints_arrived(sample.t_ns)
 
     def move(self, q_rad: Array) -> float:
         """Begin a smooth move to q_rad (n,); returns its duration [s]. Raises BadInput for a goal outside limits or without a path."""
@@ -88,8 +96,7 @@ class GuardedWorld:
             interrupt.check()
             for sample in self._world.samples(0.0):
                 self._log.write(sample)
-                if isinstance(sample, GasSample):
-                    self._gas.arrived(sample.t_ns)
+                self._note(sample)
 
     def resume(self, goal: Array, gas: GasStream) -> None:
         """Go on with an arm that was commanded to `goal` (n,) rad before, and after these gas samples."""
@@ -108,6 +115,14 @@ class GuardedWorld:
     def gaps(self) -> StreamGaps:
         """Gaps in the stream of gas samples so far."""
         return self._gas.gaps()
+
+    def guard_account(self) -> GuardAccount | None:
+        """What the guard of the arm held it to so far, for the log too; None of a world without an arm that moves."""
+        asked: Callable[[], GuardAccount | None] | None = getattr(self._world, "guard_account", None)
+        account = None if asked is None else asked()
+        if account is not None:
+            self._log.write(Event(self.t_ns, GUARD, account.to_json()))
+        return account
 
     @property
     def goal(self) -> Array:

@@ -16,7 +16,7 @@ from oio.estimators.odometry import Odometry
 from oio.gas.detection import WhiffDetector
 from oio.log import MemoryLog
 from oio.results.calibration import Navigation
-from oio.results.summary import Evaluation
+from oio.results.evaluation import Evaluation
 from oio.runtime.runner import run_stages
 from oio.search.elsewhere import LookElsewhere
 from oio.search.stop_rule import StopRule

@@ -52,8 +52,15 @@ def test_both_rules_wait_for_a_sensor_that_drifts(built, rule):
 def test_the_drift_record_follows_the_warm_up_and_is_as_long_as_asked_for(built):
     plain, _, few = run(built)
     settled, world, many = run(built, drift_record_s=50.0)
-    assert settled == plain  # what the warm-up found does not depend on it
+    assert dataclasses.replace(settled, drift=None) == plain  # what the warm-up found does not depend on it
+    assert settled.drift.span_s == pytest.approx(50.0) and settled.drift.slope < 0.5
     assert len(many) - len(few) == 500 and world.spans[-1] == 50.0
+
+
+def test_a_record_of_a_sensor_that_drifts_is_steep_and_a_short_one_says_nothing(built):
+    drifting = run(built, 3000.0, tau_s=600.0, drift_record_s=60.0, rule="slope", window_s=0.0, readings=4, max_s=1e5)
+    assert drifting[0].drift.slope > 0.95
+    assert run(built, drift_record_s=1.0)[0].drift is None
 
 
 def test_by_default_no_drift_is_recorded_and_no_span_is_asked_for(built):

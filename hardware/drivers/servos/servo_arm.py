@@ -19,6 +19,7 @@ from oio.kinematics.arm import Arm
 from oio.kinematics.finite_differences import FiniteDifferences
 from oio.kinematics.homing import Homing
 from oio.motion.guard import SafetyLimits
+from oio.motion.guard_account import GuardAccount
 
 MAX_SLEEP_S = 0.02  # at a time, so that the thread can end
 
@@ -108,6 +109,10 @@ class ServoArm:
     def health_summary(self) -> str:
         """Lowest supply voltage and highest temperature read so far, as text."""
         return self._health.summary
+
+    def guard_account(self) -> GuardAccount:
+        """What the arm was held to so far."""
+        return self._guard.account()
 
     @property
     def held(self) -> str | None:

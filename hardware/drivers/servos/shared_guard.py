@@ -12,6 +12,7 @@ from oio.core.records import Array, seconds
 from oio.gas.source import unlocked
 from oio.kinematics.arm import Arm
 from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
+from oio.motion.guard_account import GuardAccount
 
 MAX_SUSPENDED_S = 1.0  # a host that was suspended for longer does not know what happened meanwhile
 
@@ -75,6 +76,11 @@ class SharedGuard:
         """Hold the arm permanently."""
         with self._lock:
             self._guard.stop(why)
+
+    def account(self) -> GuardAccount:
+        """What the arm was held to so far."""
+        with self._lock:
+            return self._guard.account()
 
     @property
     def held(self) -> str | None:

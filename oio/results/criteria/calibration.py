@@ -1,11 +1,14 @@
 """Criteria of the calibration on the beacon: was the known source found again, often enough, and as well as it was promised."""
 
 from oio.core.settings import settings
+from oio.gas.bout_rates import Rate
 from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
 from oio.results.criteria.judgement import Criterion, Measured, Results
 
 TODAY = "Calibrate again as things are now; where only a baseline is missing: stage=[warm_up,baseline,navigate,evaluate]."
 OTHER_AIR = "The range law does not describe this air: keep people and fans away, check beacon.position, calibrate again."
+
+RECOMMENDED = 1.0  # percent of clean-air readings that a bout rule may take for gas
 
 
 def _calibration(results: Results) -> MapCalibration | None:
@@ -41,7 +44,32 @@ class BoutFalseAlarms(Criterion):
         if not isinstance(found, BoutCalibration):
             return None
         percent = 100.0 * found.false_alarm_rate
-        return Measured(percent, "%", f"the bout rule fires on {percent:.1f} % of clean-air readings", above="Type bout=cusum: 0.2 %.")
+        many = f"; {RECOMMENDED:g} % or less is recommended" if percent > RECOMMENDED else ""
+        return Measured(
+            percent, "%", f"the bout rule fires on {percent:.1f} % of clean-air readings{many}", above="Type bout=cusum: 0.2 %."
+        )
+
+
+@settings
+class BoutDetection(Criterion):
+    """Share of the approaches to the beacon, from the way toward it to the way from it, on which the bout rule fires. Beside it the share
+    of single measurements: the paper's rule fires on half of all readings in gas, whether the nose comes or goes."""
+
+    def measure(self, results: Results) -> Measured | None:
+        """In percent, of the rule at the top rung; None without an approach."""
+        found = results.get(MapCalibration)
+        if not isinstance(found, MapCalibration) or not found.exposures.approaches.trials:
+            return None
+        a, near, away = found.exposures.approaches, found.exposures.near, found.exposures.away
+        singly = f"single measurements: {_percent(near)} near it" + (f", {_percent(away)} away" if away.trials else "")
+        return Measured(
+            100.0 * a.value, "%", f"the bout rule fires on {a.count} of {a.trials} approaches to the beacon ({singly})",
+            below="It misses gas: look whether the beacon is open, dwell longer (stage.map_beliefs.dwell_s), or type bout=cusum.",
+        )  # fmt: skip
+
+
+def _percent(rate: Rate) -> str:
+    return f"{100.0 * rate.value:.0f} %"
 
 
 @settings

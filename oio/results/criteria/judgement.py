@@ -10,6 +10,7 @@ from oio.core.settings import Within, settings
 
 PASS, WARN, FAIL = WORDS = "PASS", "WARN", "FAIL"  # from good to bad
 NOTHING = "no stage that can be judged has run."
+RECALIBRATE = "Calibrate again in the air, and with the sensor, of the search: leave calibration= and stage= out."
 CALIBRATION, SEARCH = "calibration", "search"  # what a criterion is about
 Results = Mapping[type, object]  # of the stages that have run, by their class
 Limits = tuple[float | None, float | None]

@@ -1,10 +1,16 @@
-"""Criteria of the sensor: is it at rest, is its offset known, its noise that of its data sheet, its lag known, do its readings arrive."""
+"""Criteria of the sensor: is it at rest, is its offset known, its noise that of its data sheet, its lag known, on rise and fall."""
 
 import math
+from typing import Annotated
 
-from oio.core.settings import settings
-from oio.results.calibration import BaselineResult, MapCalibration, Navigation, WarmUpResult
+from oio.core.settings import Within, settings
+from oio.inference.rise_and_fall import PRIOR_U
+from oio.inference.rise_and_fall import Lag as StepLag
+from oio.results.calibration import BaselineResult, MapCalibration, WarmUpResult
 from oio.results.criteria.judgement import Criterion, Measured, Results
+
+RECOMMENDED = 30  # effective readings of a baseline
+DIFFER = 3.0  # standard uncertainties by which rise and fall may differ before it is said
 
 
 @settings
@@ -27,6 +33,24 @@ class WarmUpTrend(Criterion):
 
 
 @settings
+class Drift(Criterion):
+    """Slope of the Allan deviation of clean air, by its fitted noise, at the longest tau that the record supports: -0.5 is white noise,
+    which averages out, +0.5 a random walk, +1 a straight drift. Only where a record was asked for (stage.warm_up.drift_record_s)."""
+
+    def measure(self, results: Results) -> Measured | None:
+        """Of the element whose deviation rises most."""
+        settled = results.get(WarmUpResult)
+        if not isinstance(settled, WarmUpResult) or settled.drift is None:
+            return None
+        d = settled.drift
+        found = (
+            f"the Allan deviation has slope {d.slope:+.2f} at tau = {d.tau_s:.3g} s, the longest that {d.span_s:.0f} s of clean air support"
+        )
+        drifts = f"Still drifting {60.0 * d.drift_per_s:.2g} ppm/min" if d.drift_per_s else "Its offset walks"
+        return Measured(d.slope, "1", found, above=f"{drifts}: leave the sensor on longer before the run, or take its baseline more often.")
+
+
+@settings
 class BaselineReadings(Criterion):
     """Effective independent readings in an element's baseline (GUM 4.2.7): readings within one lag of each other repeat themselves."""
 
@@ -36,7 +60,8 @@ class BaselineReadings(Criterion):
         if not isinstance(base, BaselineResult):
             return None
         element = min(base.elements, key=lambda e: e.n_effective)
-        found = f"{element.n} clean-air readings count as {element.n_effective:.1f}, offset +- {element.u_ppm:.2g} ppm"
+        few = f"; {RECOMMENDED} or more are recommended" if element.n_effective < RECOMMENDED else ""
+        found = f"{element.n} clean-air readings count as {element.n_effective:.1f}, offset +- {element.u_ppm:.2g} ppm{few}"
         return Measured(element.n_effective, "1", found, below="Record longer in clean air: raise stage.baseline.samples.")
 
 
@@ -79,16 +104,34 @@ class Lag(Criterion):
 
 
 @settings
-class Clocks(Criterion):
-    """Share of the gas readings that never came, by the sensor's own usual interval; a reading at the wrong time is at the wrong place."""
+class Steps(Criterion):
+    """Directions, rise and fall, in which the sensor was seen to follow the gas of the beacon: the readings alone, without the data sheet,
+    tell the lag of each. The filter has one factor for both; where they differ otherwise than the data sheet says, it is said here."""
+
+    # seen_u: standard uncertainty of ln(lag) by the readings alone, up to which a direction counts as seen
+    seen_u: Annotated[float, Within(0.01, PRIOR_U)]
 
     def measure(self, results: Results) -> Measured | None:
-        """Up to the end of the search, or of the calibration."""
-        last = results.get(Navigation) or results.get(MapCalibration)
-        if not isinstance(last, Navigation | MapCalibration):
+        """None without the stage map_beliefs."""
+        found = results.get(MapCalibration)
+        if not isinstance(found, MapCalibration):
             return None
-        gaps = last.gaps
-        found = f"{gaps.missing} of {gaps.due} gas readings are missing, the longest silence is {gaps.longest_s:.1f} s"
-        return Measured(
-            100.0 * gaps.missing / max(gaps.due, 1), "%", found, above="Look at the cable, the baud rate and other programs on the port."
-        )
+        lags = {"rise": found.lags.rise, "fall": found.lags.fall}
+        unseen = [name for name, lag in lags.items() if lag.u_ln > self.seen_u]
+        said = " and ".join(_lag_in_words(name, lag, name in unseen) for name, lag in lags.items()) + " (k = 2)"
+        apart = abs(math.log(found.lags.ratio)) > DIFFER * found.lags.ratio_u_ln and not unseen
+        if apart:
+            said += (
+                f"; fall over rise is {found.lags.ratio:.2g} times the data sheet's, beyond uncertainty: the filter has one factor for both"
+            )
+        nothing = "No step seen: the source is too weak, or its valve is closed."
+        one = f"The {' and '.join(unseen)} was not seen: take the nose from the beacon and back more often (stage.map_beliefs.repeats)."
+        return Measured(float(len(lags) - len(unseen)), "directions", said, below=nothing if len(unseen) == len(lags) else one)
+
+    def allowed(self, unit: str) -> str:
+        """In words."""
+        return "both seen"
+
+
+def _lag_in_words(name: str, lag: StepLag, unseen: bool) -> str:
+    return f"{name} not seen" if unseen else f"{name} {lag.tau_s:.2g} s +- {200.0 * lag.u_ln:.0f} %"

@@ -47,6 +47,10 @@ def _given(bench, for_s):
     return [(s.t_ns // MS, bench.clock.t_ns // MS, type(s)) for s in bench.live.samples(for_s) if not isinstance(s, Event)]
 
 
+def test_a_fixed_nose_has_no_guard_to_account_for(bench):
+    assert bench.live.guard_account() is None
+
+
 def test_joints_wait_for_gas_that_may_be_older(bench):
     bench.joints(10, 20, 30)
     for stamped_ms, given_ms, _ in _given(bench, 0.1):

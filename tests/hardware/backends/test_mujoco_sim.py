@@ -56,6 +56,17 @@ def test_it_keeps_a_backends_promises(sim, dof):
     check_backend(sim(dof))
 
 
+def test_the_guard_accounts_for_what_the_arm_was_held_to(sim):
+    backend = sim(3)
+    with backend.open() as world:
+        still = world.guard_account()
+        world.move(backend.arm.home + np.array([0.6, 0.0, 0.0]), 0.1)
+        list(world.samples(1.5))
+        moved = world.guard_account()
+    assert still.top_speed_m_s == 0.0 and still.load_unwatched == backend.arm.names
+    assert 0.3 < moved.top_speed_m_s <= 1.01 * moved.speed_limit_m_s and moved.load_unwatched == moved.without_limit == ()
+
+
 def test_in_puffs_and_with_twins_too(built):
     check_backend(built("backend", "air=draft", "sensor=mox_mics"))
 

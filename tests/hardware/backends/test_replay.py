@@ -16,6 +16,7 @@ from oio.core.interfaces import Backend
 from oio.core.records import SECOND_NS, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
 from oio.kinematics.arm import Arm
 from oio.log import RunLog, read_samples
+from oio.motion.guard_account import GuardAccount
 from oio.runtime.guarded_world import GuardedWorld, move_text
 from oio.testing import check_backend
 
@@ -218,6 +219,24 @@ def test_truth_is_played_and_events_are_not(tmp_path: Path) -> None:
         world.present("none")
         kinds = [type(sample) for sample in world.samples(1.0)]
     assert {kind: kinds.count(kind) for kind in kinds} == {JointState: 50, GasSample: 10, Truth: 10}
+
+
+def test_the_account_of_the_guard_is_the_last_one_before_now(tmp_path: Path) -> None:
+    accounts = [GuardAccount((), speed, 0.8, ("pan",)) for speed in (0.1, 0.3)]
+
+    def run(spoken: Spoken) -> None:
+        for account in accounts:
+            spoken.samples(0.3)
+            spoken._log.write(Event(spoken._world.t_ns, "guard", account.to_json()))
+        spoken.samples(0.3)
+
+    record(tmp_path / "log.mcap", Ticking(), run)
+    with played(tmp_path / "log.mcap").open() as world:
+        given = [world.guard_account()]
+        for _ in range(3):
+            list(world.samples(0.3))
+            given.append(world.guard_account())
+    assert given == [None, *accounts, accounts[-1]]
 
 
 def test_another_command_is_said_once(tmp_path: Path) -> None:

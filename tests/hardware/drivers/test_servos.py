@@ -162,6 +162,18 @@ def test_a_move_arrives_smoothly_and_locked_joints_stay_home(made, dof):
     assert len(joints) > 50 and {len(j.q) for j in joints} == {dof} and all(a.t_ns < b.t_ns for a, b in pairwise(joints))
 
 
+def test_the_guard_accounts_for_the_set_points_and_the_loads_of_the_servos(made):
+    driver, bus, arm = made(dof=3)
+    driver.configure(None)
+    bus.load[4] = np.nan
+    turns(driver, driver.move(arm.home + 0.2 * ROUND[:3], 1.0) + 0.5)
+    account = driver.guard_account()
+    q = np.array([radians(c) for c in bus.told])
+    leaps_m = np.linalg.norm(np.diff(unlocked(arm).nose(q), axis=0), axis=1)
+    assert account.top_speed_m_s == pytest.approx(np.max(np.convolve(leaps_m, np.ones(8), "valid")) / (8 * 0.008), rel=0.15)
+    assert account.load_unwatched == (arm.all_names[4],) and account.without_limit == ()
+
+
 def test_an_arm_that_stands_where_it_may_not_be_gets_no_torque(made):
     driver, bus, _ = made(off=np.array([0.0, 1.4, 0.9, 0.6, 0.0]))
     with pytest.raises(OioError, match=r"the arm stands at .* degrees.*not switched on.*by hand near its home"):

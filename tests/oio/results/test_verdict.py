@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from scipy.stats import chi2
 
-from oio.results.summary import Outcome
+from oio.results.evaluation import Outcome
 from oio.results.verdict import ScoreLimits, rarity, score
 
 LIMITS = ScoreLimits(nees=16.3, bound_ratio=4.0)

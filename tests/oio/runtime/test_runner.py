@@ -10,6 +10,7 @@ import pytest
 from oio.core.errors import BadInput
 from oio.core.records import Event, GasReading, GasSample, JointState, Truth
 from oio.log import RunLog, read_samples
+from oio.motion.guard_account import GuardAccount
 from oio.runtime import guarded_world
 from oio.runtime.context import Context, sniff
 from oio.runtime.guarded_world import GuardedWorld
@@ -175,6 +176,24 @@ def test_every_sample_is_logged_before_a_stage_sees_it(watched):
         journal.append(("seen", sample))
     kinds = [type(record).__name__ for what, record in journal if what == "logged"]
     assert kinds == ["Event", *["JointState", "Truth", "Event", "GasSample"] * 3]
+
+
+def test_the_account_of_a_guard_goes_to_the_log_and_a_world_without_one_has_none(watched, built):
+    world, journal, arm = watched
+    assert world.guard_account() is None and journal == []
+    account = GuardAccount((), 0.3, 0.8, ())
+    guarded = World(journal, arm)
+    guarded.guard_account = lambda: account
+    assert GuardedWorld(guarded, arm, Log(journal)).guard_account() == account
+    ((_, event),) = journal
+    assert event.kind == "guard" and GuardAccount.from_json(event.text) == account
+
+
+def test_gas_and_joints_are_noted_until_the_end(watched):
+    world, _, _ = watched
+    list(world.samples(0.5))
+    gaps = world.gaps()
+    assert (gaps.due, gaps.interval_s, gaps.joints_after_s) == (5, 0.1, 0.0)
 
 
 def test_no_stage_sees_truth_or_events(watched):

@@ -10,32 +10,63 @@ import yaml
 from hydra.utils import instantiate
 
 from oio.core.folders import CONF, ROOT
+from oio.gas.bout_rates import Rate
 from oio.gas.bouts import ElementBaseline
+from oio.gas.exposures import Exposures
+from oio.gas.timing import Delay
+from oio.identification.allan_slope import EndSlope
 from oio.inference.map_fit import CALIBRATED
 from oio.inference.metrics import ResidualTest
+from oio.inference.rise_and_fall import Lag, RiseAndFall
 from oio.inference.uncertainty import TypeB
-from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, Kept, MapCalibration, WarmUpResult
-from oio.results.summary import Evaluation, Findings, Outcome, Place, Scored
+from oio.motion.guard_account import GuardAccount
+from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, Kept, MapCalibration, Navigation, WarmUpResult
+from oio.results.evaluation import Evaluation, Findings, Outcome, Place, Scored
 from oio.results.verdict import judge
 from oio.runtime.gas_stream import StreamGaps
+from oio.search.view import Move
 
 STANDARD = instantiate(yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text()), _convert_="all")
 OUTCOME = Outcome(0.01, None, 0.005, 3.0, True, 1.0, 8, 60.0, True, 0.05, (0.3, 0.0, 0.2), 0.01)
-FINDINGS = Findings(ResidualTest(0.9, 0.1, 2.0), (), 5, 0.3)
+FINDINGS = Findings(ResidualTest(0.9, 0.1, 2.0), (), 5, 0.3, 500, 0)
+STREAM = StreamGaps(1000, 0, 2.0, 0.1, 0.05)
+GUARD = GuardAccount((), 0.64, 0.8, ())
 
 
-def warm_up(slope=0.1, u=0.2, noise=1.0):
-    return WarmUpResult(10.0, (0.0, slope), (0.1, u), (1.0, noise), 20, 0.05)
+def warm_up(slope=0.1, u=0.2, noise=1.0, drift=None):
+    return WarmUpResult(10.0, (0.0, slope), (0.1, u), (1.0, noise), 20, 0.05, drift)
+
+
+def drift(slope, ramp=0.0):
+    return warm_up(drift=EndSlope(slope, 64.0, 600.0, ramp))
 
 
 def baseline(effective=3.0):
     return BaselineResult((ElementBaseline(5.0, 0.1, 5.2, 5, 5.0), ElementBaseline(5.0, 0.1, 5.2, 5, effective)), 1.0, 0)
 
 
-def beacon(lag_u=0.03, repeats=6, nees=3.0, rms_m=0.02, missing=0):
+def beacon(
+    lag_u=0.03, repeats=6, nees=3.0, rms_m=0.02, delay_u_s=0.02, rise_u=0.1, fall_u=0.03, ratio=1.0, fired=6, guard=GUARD, **stream
+):  # fmt: skip
     fit = SimpleNamespace(layout=SimpleNamespace(tau=0), cov=np.array([[lag_u**2]]))
-    type_b = TypeB((5,) * repeats, (rms_m,) * repeats, 0.02, rms_m, 1.0)
-    return MapCalibration(fit, (SimpleNamespace(nees=nees),) * repeats, type_b, 0, 1.0, 40, None, StreamGaps(1000, missing, 2.0), 0.3)
+    type_b, gaps = TypeB((5,) * repeats, (rms_m,) * repeats, 0.02, rms_m, 1.0), replace(STREAM, **stream)
+    lags, exposed = RiseAndFall(Lag(2.0, rise_u), Lag(2.6, fall_u), ratio, 0.1), Exposures(Rate(fired, 6), Rate(20, 24), Rate(3, 6))
+    return MapCalibration(
+        fit, (SimpleNamespace(nees=nees),) * repeats, type_b, 0, 1.0, 40, Delay(0.12, delay_u_s), gaps, 0.3, lags, exposed, (40.0,), guard
+    )  # fmt: skip
+
+
+def moved(**guard):
+    return beacon(guard=replace(GUARD, **guard))
+
+
+def search(gas_ppm=30.0, whiffs=2):
+    made = tuple(Move(np.zeros(5), 0.0, 1.0, np.zeros(5) if i < whiffs else None) for i in range(4))
+    return Navigation(0, 1, (), (), (), made, True, (0.3, 0.0, 0.2), 0.01, STREAM, (gas_ppm,), GUARD)
+
+
+def met(**met):
+    return loaded(), search(**met)
 
 
 def evaluation(findings=FINDINGS, **outcome):
@@ -54,27 +85,43 @@ def unseen(dof, *sentences):
     return evaluation(replace(FINDINGS, dof=dof, unseen=sentences))
 
 
+def gated(count):
+    return evaluation(replace(FINDINGS, gated=count))
+
+
 def bouts(rate=0.03):
     return BoutCalibration((), None, rate)
 
 
-def loaded(*remarks):
-    return Calibration(*[None] * 5, 85.0, 0.5, 0.2, 0.02, 50, (), Kept("monday/calibration.yaml", "PASS", remarks))
+def loaded(*remarks, highest_ppm=(40.0,)):
+    baselines = (ElementBaseline(5.0, 0.1, 5.2, 5, 5.0),)
+    return Calibration(*[None] * 5, 85.0, 0.5, 0.2, 0.02, 50, baselines, highest_ppm, Kept("monday/calibration.yaml", "PASS", remarks))
 
 
-GOOD = (warm_up(), baseline(), bouts(), beacon(), loaded(), evaluation())
+GOOD = (drift(-0.4), baseline(), bouts(), beacon(), loaded(), search(), evaluation())
 CASES = {  # name: results that pass, warn and fail, each with a word of what is said
     "warm_up": [(warm_up(), "+0.10"), (warm_up(-0.5, 0.2), "-0.50 +- 0.20"), (warm_up(1.0, 0.2), "+1.00")],
-    "baseline": [(baseline(2.0), "count as 2.0"), (baseline(1.2), "count as 1.2"), (baseline(1.05), "count as 1.1")],
+    "drift": [(drift(-0.4), "-0.40 at tau = 64 s"), (drift(0.7), "+0.70"), (drift(0.97, 0.01), "+0.97")],
+    "baseline": [(baseline(2.0), "count as 2.0"), (baseline(1.2), "count as 1.2"), (baseline(1.05), "30 or more are recommended")],
     "noise": [(warm_up(noise=1.1), "1.1 times"), (warm_up(noise=5.0), "element 1 has 5 times"), (warm_up(noise=20.0), "20 times")],
     "clocks": [(beacon(missing=4), "4 of 1000"), (beacon(missing=15), "15 of"), (beacon(missing=30), "silence is 2.0 s")],
+    "streams": [
+        (beacon(), "together"), (beacon(joints_after_s=1.4), "gas stream stops 1.4 s before the joint stream"),
+        (beacon(joints_after_s=3.1), "gas stream stops 3.1 s before the joint stream"),
+    ],
+    "delay": [(beacon(delay_u_s=0.04), "0.12 +- 0.08 s"), (beacon(delay_u_s=0.08), "0.16 s"), (beacon(delay_u_s=0.2), "every 0.1 s")],
+    "steps": [(beacon(), "rise 2 s +- 20 % and fall 2.6 s +- 6 %"), (beacon(rise_u=0.9), "rise not seen and fall 2.6 s"),
+              (beacon(rise_u=0.9, fall_u=0.9), "rise not seen and fall not seen")],
     "lag": [(beacon(0.05), "10 %"), (beacon(0.12), "24 %"), (beacon(0.15), "30 %")],
-    "bout_rule": [(bouts(0.03), "3.0 %"), (bouts(0.08), "8.0 %"), (bouts(0.25), "25.0 %")],
+    "bout_rule": [(bouts(0.03), "3.0 % of clean-air readings; 1 % or less"), (bouts(0.08), "8.0 %"), (bouts(0.25), "25.0 %")],
+    "bout_detection": [(beacon(fired=6), "6 of 6"), (beacon(fired=5), "5 of 6"), (beacon(fired=4), "83 % near it, 50 % away")],
+    "safety": [(moved(), "0.64 m/s at most, 0.8"), (moved(top_speed_m_s=0.83), "0.83"), (moved(top_speed_m_s=0.9), "0.90")],
     "repeats": [(beacon(repeats=5), "5 times"), (beacon(repeats=2), "2 times"), (beacon(repeats=1), "1 times")],
     "beacon_error": [(beacon(rms_m=0.02), "20 mm"), (beacon(rms_m=0.06), "60 mm"), (beacon(rms_m=1.5), "1500 mm")],
     "beacon_nees": [(beacon(nees=3.0), "1.00"), (beacon(nees=12.0), "4.00"), (beacon(nees=30.0), "10.00")],
     "observable": [(unseen(5), "every"), (unseen(1), "only the bearing"), (unseen(5, "a.", "b.", "c.", "d."), "a. b. c. d")],
     "nis": [(evaluation(nis_mean=1.0), "1.00"), (evaluation(nis_mean=1.9), "1.90"), (evaluation(nis_mean=3.0), "3.00")],
+    "gated": [(gated(2), "2 of 500"), (gated(10), "10 of 500"), (gated(40), "40 of 500 innovations (8.0 %)")],
     "residuals": [(residuals(0.9, 0.1), "0.90"), (residuals(1.8, 0.0), "1.80"), (residuals(0.9, 0.6), "together 3.60")],
     "halves": [(residuals(1.0, 0.0, 2.0), "2.0"), (residuals(1.0, 0.0, 14.0), "14.0"), (residuals(1.0, 0.0, 20.0), "20.0")],
     "places": [(places(0), "one place"), (places(1), "2 places"), (places(3), "4 places")],
@@ -82,10 +129,12 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
 }  # fmt: skip
 TWO_WORDS = {  # what has no FAIL: a yes or no that is a matter of caution
     "kept": [(loaded(), "nothing speaks against it"), (loaded("its own verdict was WARN."), "its own verdict was WARN")],
+    "gas_range": [(met(), "0.75 times the calibration's strongest (40 ppm)"), (met(gas_ppm=800.0), "20 times")],
     "world": [(evaluation(), "calibrated world"), (evaluation(world="a wall"), "a wall explains")],
     "declared": [(evaluation(), "after 8 moves"), (evaluation(found=False), "not declared within 8 moves")],
 }
 TOO_LITTLE = {  # the other side of what is judged from both
+    "streams": [beacon(joints_after_s=-1.4), beacon(joints_after_s=-3.1)],
     "noise": [warm_up(noise=0.05), warm_up(noise=0.0)],
     "beacon_nees": [beacon(nees=0.09), beacon(nees=0.03)],
     "nis": [evaluation(nis_mean=0.4), evaluation(nis_mean=0.1)],
@@ -93,9 +142,14 @@ TOO_LITTLE = {  # the other side of what is judged from both
 }
 
 
-def judgement(name, result):
-    (found,) = [j for j in judge({type(result): result}, STANDARD).judgements if j.name == name]
+def judgement(name, results):
+    results = results if isinstance(results, tuple) else (results,)
+    (found,) = [j for j in judge({type(result): result for result in results}, STANDARD).judgements if j.name == name]
     return found
+
+
+def judged(*results):
+    return {j.name: j for j in judge({type(result): result for result in results}, STANDARD).judgements}
 
 
 def test_every_criterion_that_ships_has_its_cases():
@@ -128,6 +182,58 @@ def test_a_good_run_passes_and_the_worst_word_counts():
     assert worst.word == "FAIL" and [reason.split(":")[0] for reason in worst.reasons] == ["nis", "warm_up"]
 
 
+def test_only_noise_is_a_remark_with_another_action():
+    noise, near = judgement("gas_range", met(gas_ppm=2.0, whiffs=0)), judgement("gas_range", met(gas_ppm=0.1))
+    assert (noise.word, near.word) == ("WARN", "WARN") and "only noise" in noise.found
+    assert len({noise.action, near.action, judgement("gas_range", met(gas_ppm=800.0)).action}) == 3
+
+
+def test_an_element_that_was_seen_least_decides():
+    two = (ElementBaseline(5.0, 0.1, 5.2, 5, 5.0),) * 2
+    known = replace(loaded(highest_ppm=(40.0, 10.0)), baselines=two)
+    assert judgement("gas_range", (known, replace(search(), gas_ppm=(30.0, 80.0)))).value == 8.0
+
+
+@pytest.mark.parametrize("hole", [{"without_limit": ("pan", "arm.box_low_m")}, {"load_unwatched": ("tilt",)}])
+def test_a_missing_limit_fails_however_slow_the_arm(hole):
+    found = judgement("safety", moved(**hole))
+    assert found.word == "FAIL" and all(name in found.found for names in hole.values() for name in names)
+
+
+def test_a_recovery_slower_than_the_data_sheet_says_is_named_where_it_is_beyond_doubt():
+    assert "has one factor for both" in judgement("steps", beacon(ratio=1.8)).found
+    for doubtful in (beacon(ratio=1.2), beacon(ratio=1.8, rise_u=0.9)):
+        assert "factor" not in judgement("steps", doubtful).found
+
+
+def test_steps_and_drift_say_what_was_not_seen():
+    assert "source is too weak" in judgement("steps", beacon(rise_u=0.9, fall_u=0.9)).action
+    assert "The rise was not seen" in judgement("steps", beacon(rise_u=0.9)).action
+    assert "The fall was not seen" in judgement("steps", beacon(fall_u=0.9)).action
+    assert "Still drifting 0.6 ppm/min" in judgement("drift", drift(0.97, 0.01)).action
+    assert "Its offset walks" in judgement("drift", drift(0.7)).action
+
+
+def test_enough_readings_and_few_false_alarms_recommend_nothing():
+    assert "recommended" not in judgement("baseline", BaselineResult((ElementBaseline(5.0, 0.1, 5.2, 40, 31.0),), 1.0, 0)).found
+    assert "recommended" not in judgement("bout_rule", bouts(0.01)).found
+
+
+def test_what_was_not_measured_is_not_judged():
+    assert "drift" not in judged(warm_up()) and "delay" not in judged(beacon(delay_u_s=0.0))
+    assert "safety" not in judged(beacon(guard=None)) and "streams" not in judged(beacon(due=0))
+    assert "gas_range" not in judged(loaded(highest_ppm=None), search())
+    assert "gated" not in judged(evaluation(replace(FINDINGS, innovations=0)))
+    from_file = {"gas_range", "kept", "clocks", "streams", "safety"}
+    assert set(judged(loaded(), search())) == from_file
+
+
+def test_the_end_of_the_run_counts_not_that_of_the_calibration():
+    ended = replace(search(), gaps=replace(STREAM, joints_after_s=3.0), guard=replace(GUARD, top_speed_m_s=0.9))
+    found = judged(beacon(), ended)
+    assert (found["streams"].word, found["safety"].word) == ("FAIL", "FAIL")
+
+
 def test_what_did_not_run_is_not_judged():
     assert judge({}, STANDARD).word == "WARN" and judge({}, STANDARD).judgements == ()
     only = judge({BaselineResult: baseline()}, STANDARD)
@@ -135,7 +241,7 @@ def test_what_did_not_run_is_not_judged():
 
 
 def test_without_readings_or_maps_nothing_is_consistent_or_inconsistent():
-    nothing = evaluation(replace(FINDINGS, residuals=None), nis_mean=None, believed_m=None, sd_m=None)
+    nothing = evaluation(replace(FINDINGS, residuals=None, innovations=0), nis_mean=None, believed_m=None, sd_m=None)
     names = {j.name: j.word for j in judge({Evaluation: nothing}, STANDARD).judgements}
     assert names == {"observable": "PASS", "localised": "FAIL", "declared": "PASS"}
 
