@@ -15,6 +15,7 @@ from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, Navigation
+from oio.results.estimate_recorder import EstimateRecorder
 from oio.results.rescoring import Rescoring, Variant
 from oio.results.summary import Evaluation, Findings
 from oio.results.verdict import ScoreLimits, score
@@ -40,10 +41,11 @@ class Evaluate:
     paper_assembly: bool  # a third of the stage's time
     bound_draws: int  # truths from the prior over which van Trees' bound is averaged
     cold_maps: str  # of the cold start: one of COLD_MAPS
+    belief_every_s: float  # between two estimates of a cold start in the log, besides those of its maps
 
     def check(self) -> None:
         """A mean needs a draw; no maps but these."""
-        in_range(self, bound_draws=(1, 100_000), narrowed=(0.0, 1.0))
+        in_range(self, bound_draws=(1, 100_000), narrowed=(0.0, 1.0), belief_every_s=(0.0, 1e6))
         if self.cold_maps not in COLD_MAPS:
             given = f"stage.evaluate.cold_maps is '{self.cold_maps}'"
             raise BadInput(f"{given}, but it can be {' or '.join(COLD_MAPS)}. Type stage.evaluate.cold_maps={COLD_MAPS[0]}.")
@@ -76,8 +78,11 @@ class Evaluate:
             name: Variant(Odometry(self.ekf, at, plain), at is known.chosen, name in COLD and self.cold_maps == "last")
             for name, at in starts.items()
         }
-        rerun = Rescoring(variants, self.sensor, search, self.stop)
+        recorder = EstimateRecorder(COLD, self.belief_every_s)
+        rerun = Rescoring(variants, self.sensor, search, self.stop, recorder)
         rerun.run(context.log.samples(search.began_ns, search.ended_ns))
+        for estimate in sorted(recorder.estimates, key=lambda one: one.variant):  # after the run: the log is being read meanwhile
+            context.log.filter_estimate(estimate)
         return rerun
 
     def _bounds(self, rerun: Rescoring, rng: np.random.Generator) -> tuple[float | None, float | None]:
