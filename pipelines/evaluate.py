@@ -15,6 +15,7 @@ from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, Navigation
+from oio.results.estimate_recorder import EstimateRecorder
 from oio.results.evaluation import Evaluation, Findings
 from oio.results.rescoring import Rescoring, Variant
 from oio.results.verdict import ScoreLimits, score
@@ -40,6 +41,8 @@ class Evaluate:
     paper_assembly: bool  # a third of the stage's time
     bound_draws: Annotated[int, Within(1, 100_000)]  # truths from the prior over which van Trees' bound is averaged
     cold_maps: str  # of the cold start: one of COLD_MAPS
+    # belief_every_s: between two estimates of a cold start in the log, besides those of its maps
+    belief_every_s: Annotated[float, Within(0, 1e6)]
 
     def check(self) -> None:
         """Refuse unknown maps."""
@@ -77,8 +80,11 @@ class Evaluate:
             name: Variant(Odometry(self.ekf, at, plain), at is known.chosen, name in COLD and self.cold_maps == "last")
             for name, at in starts.items()
         }
-        rerun = Rescoring(variants, self.sensor, search, self.stop)
+        recorder = EstimateRecorder(COLD, self.belief_every_s)
+        rerun = Rescoring(variants, self.sensor, search, self.stop, recorder)
         rerun.run(context.log.samples(search.began_ns, search.ended_ns))
+        for estimate in sorted(recorder.estimates, key=lambda one: one.variant):  # after the run: the log is being read meanwhile
+            context.log.filter_estimate(estimate)
         return rerun
 
     def _bounds(self, rerun: Rescoring, rng: np.random.Generator) -> tuple[float | None, float | None]:

@@ -19,6 +19,7 @@ from oio.log import (
     read_attachment,
     read_beliefs,
     read_end,
+    read_filter_estimates,
     read_innovations,
     read_metadata,
     read_odometry,
@@ -257,6 +258,7 @@ def test_every_quantity_has_value_uncertainty_unit_freedom_and_method(made):
         assert quantity["method"] in ("A", "B"), path
         assert quantity["u"] >= 0 and np.isfinite(quantity["value"]) and isinstance(quantity["unit"], str), path
         assert quantity["dof"] is None or quantity["dof"] >= 0, path
+        assert (quantity["method"] == "B") == (quantity["dof"] is None), path
     for name in (".sensor.element_0.baseline", ".sensor.tau_rise", ".range_law.exponent", ".arm.shoulder_azimuth.offset", ".type_b.rms"):
         assert name in found
 
@@ -296,6 +298,8 @@ def test_the_topics(made):
         "/arm/scene",
         "/belief/scene",
         "/estimate/tf",
+        "/evaluate/cold",
+        "/evaluate/cold_open",
         "/events",
         "/log",
         "/tf",
@@ -373,10 +377,27 @@ def test_the_innovations_give_the_mean_nis(made):
     assert np.mean(nis) == pytest.approx(made.summary["calibrated"]["nis_mean"], rel=1e-9)
 
 
+def test_the_last_estimates_of_the_cold_starts_are_what_the_summary_scores(made):
+    last = {one.variant: one for one in read_filter_estimates(made.log)}
+    assert set(last) == {"cold", "cold_open"}
+    for name, one in last.items():
+        assert one.source_m.tolist() == made.summary[name]["believed_m"]
+        assert np.sqrt(np.trace(one.source_cov)) == made.summary[name]["sd_m"]
+
+
+def test_the_nose_of_a_cold_start_is_logged_at_stamps_of_the_truth(made):
+    truths = {sample.t_ns: sample.nose_m for sample in read_samples(made.log) if isinstance(sample, Truth)}
+    errors = {"cold": [], "cold_open": []}
+    for one in read_filter_estimates(made.log):
+        errors[one.variant].append(np.linalg.norm(one.nose_m - truths[one.t_ns]))
+    for name, some in errors.items():  # twice a second, of the hundred instants that the summary averages over
+        assert np.sqrt(np.mean(np.square(some))) == pytest.approx(made.summary[name]["nose_error_m"], rel=0.25)
+
+
 # ---- the same again
 
 
-@pytest.mark.parametrize("read", [read_beliefs, read_innovations])
+@pytest.mark.parametrize("read", [read_beliefs, read_innovations, read_filter_estimates])
 def test_a_replay_gives_every_bit_again(made, replayed, read):
     assert (replayed.code, replayed.stderr) == (0, "")
     assert_same_bits(made, replayed, read)

@@ -16,7 +16,8 @@ from scipy.special import chdtrc, ndtr
 from oio.compare.constancy import Constancy, constancy, joint_chi2
 from oio.compare.fit_parameters import fitted, fitted_keys
 from oio.core.errors import BadInput
-from oio.results.calibration_entries import SECTIONS, CalibrationEntries, Quantity
+from oio.results.calibration_entries import SECTIONS, CalibrationEntries
+from oio.results.quantity import Quantity
 
 RARE = 2.0 * float(ndtr(-3.0))  # 3 standard deviations of a normal distribution, two-sided
 # What follows from others or from the same residuals: shown, but it decides nothing. gamma and eddy are the likeliest of a list.

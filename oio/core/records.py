@@ -114,6 +114,18 @@ class Belief(_ReadOnlyArrays):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class FilterEstimate(_ReadOnlyArrays):
+    """Nose (3,) m and source (3,) m with their covariances (3, 3) m^2, by a filter that was run over the log of a search: its `variant`."""
+
+    t_ns: int
+    variant: str
+    nose_m: Array
+    nose_cov: Array
+    source_m: Array
+    source_cov: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Innovation(_ReadOnlyArrays):
     """Innovation, measurement minus prediction: residual (m,) ppm, cov (m, m) ppm^2; `gated` if it was rejected by the gate."""
 

@@ -14,7 +14,7 @@ from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.export.run_record import DEAD_RECKONING, ESTIMATE, RunRecord, rate_hz, refuse_fewer_than_two, stamps_s
 from oio.export.yaml_number import yaml_number
-from oio.figures.run_history import TrackOverTime
+from oio.figures.track import TrackOverTime
 
 STATES = 15  # x y z roll pitch yaw vx vy vz vroll vpitch vyaw ax ay az
 POSITION, VELOCITY = slice(0, 3), slice(6, 9)

@@ -10,7 +10,8 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, GasReading, GasSample, JointState, Truth, WorldSample, seconds
 from oio.figures.dead_reckoning import Encoders, encoders
-from oio.figures.run_history import SOURCE, TrackOverTime, track_over_time
+from oio.figures.run_history import SOURCE
+from oio.figures.track import TrackOverTime, track_over_time
 from oio.log import LoggedRun, read_metadata, read_odometry, read_readings, read_samples, read_states
 
 ESTIMATE, DEAD_RECKONING, TRUTH = "estimate", "dead_reckoning", "truth"

@@ -7,7 +7,7 @@ import numpy as np
 from oio.core.errors import BadInput
 from oio.core.records import Array, seconds
 from oio.export.run_record import DEAD_RECKONING, ESTIMATE, TRUTH, RunRecord, stamps_s
-from oio.figures.run_history import TrackOverTime
+from oio.figures.track import TrackOverTime
 from oio.kinematics.forward import SLIDE
 
 Table = Mapping[str, Array]  # columns of one length

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from oio.figures.style import ELEMENTS
+from oio.figures.timelines import legend_above, log_ticks
 from oio.identification.allan_fit import AllanFit
 
 if TYPE_CHECKING:
@@ -21,11 +22,15 @@ def allan_plot(axes: "Axes", fits: Mapping[str, AllanFit], unit: str) -> None:
         axes.errorbar(curve.tau_s, curve.deviation, yerr=np.array([below, above]), fmt="o-", ms=4, color=color, capsize=3, label=name)
         white = fit.coefficients["N"].value
         if white:
-            axes.plot(
-                curve.tau_s, white / np.sqrt(curve.tau_s), color=color, lw=0.9, ls="--", label=f"{name}: N = {white:.3g} {unit} sqrt(s)"
-            )
+            label = f"{name}: N = {white:.3g} {unit} \N{SQUARE ROOT}s"
+            axes.plot(curve.tau_s, white / np.sqrt(curve.tau_s), color=color, lw=0.9, ls="--", label=label)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.set_xticks(log_ticks(*axes.get_xlim()))
+    axes.set_yticks(log_ticks(*axes.get_ylim()))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+    axes.minorticks_off()
     axes.set_xlabel("averaging time tau (s)")
     axes.set_ylabel(f"Allan deviation ({unit})")
-    axes.legend(loc="upper right", fontsize=9)
+    legend_above(axes, 2)

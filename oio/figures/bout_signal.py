@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from oio.core.records import Event, seconds
+from oio.figures.gas_timeline import gas
 from oio.figures.run_history import RunHistory
 from oio.figures.style import DEAD
-from oio.figures.timelines import gas
+from oio.figures.timelines import legend_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,6 +25,8 @@ def bout_signal(axes: "Axes", story: RunHistory, bouts: Sequence[Event], baselin
     if bouts:
         t_s, ppm = np.array([seconds(r.t_ns) for r in story.readings]), np.array([r.ppm for r in story.readings])
         at_s = np.array([seconds(bout.t_ns) for bout in bouts])
-        axes.plot(at_s, np.interp(at_s, t_s, ppm), "v", ms=7, color=DEAD, mec="black", ls="none", label=f"{len(bouts)} bouts")
+        axes.plot(at_s, np.interp(at_s, t_s, ppm), "v", ms=6, color=DEAD, mec="black", mew=0.6, ls="none", label=f"{len(bouts)} bouts")
+    if baselines_ppm:
+        axes.plot([], [], color="#777777", lw=0.9, ls=":", label="baselines" if len(baselines_ppm) > 1 else "baseline")
     axes.set_title("Gas readings, bouts and stages", loc="left")
-    axes.legend(loc="upper right", ncol=4, fontsize=9)
+    legend_above(axes, 4)

@@ -4,15 +4,16 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import yaml
 
 from oio.core.errors import BadInput
 from oio.core.records import Array, JointState
 from oio.kinematics.chain_from_model import KinematicChain, load_chain
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
 from oio.log import read_attachment
+from oio.results.yaml_fields import plain_yaml
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +68,8 @@ def _chain(mjcf: bytes) -> KinematicChain:
 def _home(path: Path, joints: int) -> Array | None:
     """Home pose of the locked joints, from the attached configuration; None if there is none."""
     try:
-        home = np.array(yaml.safe_load(read_attachment(path, "config.yaml"))["arm"]["home_rad"], dtype=np.float64)
-    except (BadInput, yaml.YAMLError, KeyError, TypeError, ValueError):
+        document: Any = plain_yaml(read_attachment(path, "config.yaml").decode(), "config.yaml", "")
+        home = np.array(document["arm"]["home_rad"], dtype=np.float64)
+    except (BadInput, KeyError, TypeError, ValueError):
         return None
     return home if home.shape == (joints,) else None

@@ -4,7 +4,10 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.figures.run_history import RunHistory
+from oio.figures.track import TrackOverTime
 from oio.inference.metrics import CHI2_95, bearing
+
+NORMAL_95 = 1.6448536269514722  # quantile of the normal distribution
 
 
 def ellipse(mean_m: Array, cov_m2: Array) -> Array:
@@ -16,25 +19,35 @@ def ellipse(mean_m: Array, cov_m2: Array) -> Array:
     return np.asarray(mean_m[:2] + circle * radii @ axes.T)
 
 
-def source_errors(story: RunHistory) -> tuple[Array, Array, str]:
-    """Return error (k,), two standard deviations (k,) and their unit: of position, or of bearing where only that is observable."""
-    believed, source = story.source, story.places["source"]
+def radii_95(cov: Array) -> Array:
+    """Return the radius (k,) below which 95 % of the lengths of errors lie that have zero mean and covariances (k, n, n), in their unit.
+
+    The squared length is taken for a scaled chi-square of the same mean and variance (Satterthwaite 1946), its quantile from Wilson and
+    Hilferty (1931): within 2 %.
+    """
+    mean, variance = np.trace(cov, axis1=1, axis2=2), 2.0 * np.sum(cov * np.swapaxes(cov, 1, 2), axis=(1, 2))
+    share = 2.0 / 9.0 * variance / np.maximum(2.0 * mean**2, 1e-300)  # 2 / (9 times the degrees of freedom)
+    return np.asarray(np.sqrt(mean * (1.0 - share + NORMAL_95 * np.sqrt(share)) ** 3))
+
+
+def source_errors(story: RunHistory, believed: TrackOverTime) -> tuple[Array, Array, str]:
+    """Return error (k,), the bound below which 95 % lie by the belief (k,), and their unit: of position, or of bearing where only that is
+    observable."""
+    source = story.places["source"]
     if story.dof >= 3:
-        error = 1e3 * np.linalg.norm(believed.p_m - source, axis=1)
-        return error, 2e3 * np.sqrt(np.trace(believed.cov_m2, axis1=1, axis2=2)), "mm"
+        return 1e3 * np.linalg.norm(believed.p_m - source, axis=1), 1e3 * radii_95(believed.cov_m2), "mm"
     seen_from = story.shoulder_m
     beliefs = zip(believed.p_m - seen_from, believed.cov_m2, strict=True)
     pairs = [_bearing_error(d, cov, source - seen_from, story.dof) for d, cov in beliefs]
-    error, spread = np.degrees(pairs).T
-    return error, 2.0 * spread, "deg"
+    return np.degrees([error for error, _ in pairs]), np.degrees(radii_95(np.array([cov for _, cov in pairs]))), "deg"
 
 
-def _bearing_error(d: Array, cov: Array, true_d: Array, dof: int) -> tuple[float, float]:
-    """Error and standard deviation [rad] of the azimuth; with two joints of azimuth and elevation together."""
+def _bearing_error(d: Array, cov: Array, true_d: Array, dof: int) -> tuple[float, Array]:
+    """Error [rad] of the azimuth and its covariance (1, 1); with two joints of azimuth and elevation together, and (2, 2)."""
     angles, jacobian = bearing(d)
     error = (angles - bearing(true_d)[0] + np.pi) % (2 * np.pi) - np.pi
     error[0] *= np.cos(angles[1]) if dof == 2 else 1.0  # a step in azimuth is short near the zenith
-    return float(np.linalg.norm(error[:dof])), float(np.sqrt(np.trace((jacobian @ cov @ jacobian.T)[:dof, :dof])))
+    return float(np.linalg.norm(error[:dof])), (jacobian @ cov @ jacobian.T)[:dof, :dof]
 
 
 def limits(core: Array, rest: Array, width_over_height: float) -> tuple[Array, Array]:

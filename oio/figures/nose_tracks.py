@@ -1,46 +1,54 @@
-"""The nose before and after calibration: what the encoders alone say and what the calibrated filter says, per axis in mm."""
+"""The nose before and after calibration: its distance from the truth, and the error per axis, with 95 % bounds, in mm."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from oio.figures.run_history import RunHistory, TrackOverTime
-from oio.figures.style import CALIBRATED, DEAD
-from oio.figures.timelines import TIME, say
+from oio.core.records import Array
+from oio.figures.error_timelines import nose_error
+from oio.figures.run_history import RunHistory
+from oio.figures.style import CALIBRATED, DEAD, VARIANTS
+from oio.figures.timelines import TIME, say, thinned
+from oio.figures.track import TrackOverTime
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST = 800  # points of a line
+LEAST_MM = 1.0  # half of the height of a panel
+TWO_SIDED_95 = 1.96  # standard deviations
+BESIDE = "cold_open"  # the cold start whose stated uncertainty is of the order of its error; the other's is next to nothing
 
 
-def nose_tracks(figure: "Figure", story: RunHistory) -> None:
-    """Plot the error of both per axis, against the truth where there is one; else how far they are apart. Bands are 95 % (2 sigma)."""
-    panels = figure.subplots(3, 1, sharex=True)
+def nose_tracks(figure: "Figure", story: RunHistory, summary: dict[str, Any]) -> None:
+    """Plot the distance of every estimate, and below it the errors along x, y and z with their bands; without a truth the distance
+    from the calibrated filter."""
+    top, *panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.7, 1.0, 1.0, 1.0])
+    nose_error(top, story, summary)
+    top.set_xlabel("")
     against = story.truth if len(story.truth) else story.odometry
     for axis, axes in enumerate(panels):
-        if not len(against) or not len(story.odometry):
-            say(axes, "no belief in this log")
+        axes.set_ylabel(f"{'xyz'[axis]} (mm)")
+        if not len(against):
+            say(axes, "no truth and no belief in this log")
             continue
-        for track, label, color in ((story.dead, "encoders alone", DEAD), (story.odometry, "calibrated filter", CALIBRATED)):
-            if track is against and not len(story.truth):
-                axes.axhline(0.0, color=color, lw=1.2, label=label)
-                _band(axes, track, axis, np.zeros(len(track)), color)
-                continue
-            t_s, own, other = np.intersect1d(track.t_s, against.t_s, return_indices=True)
-            every = max(1, len(t_s) // MOST)
-            error_mm = 1e3 * (track.p_m[own, axis] - against.p_m[other, axis])
-            axes.plot(t_s[::every], error_mm[::every], color=color, lw=1.2, label=label)
-            if track is story.odometry:
-                _band(axes, track, axis, np.interp(track.t_s, t_s, error_mm) if len(t_s) else np.zeros(len(track)), color)
-        axes.set_ylabel(f"{'xyz'[axis]} error (mm)" if len(story.truth) else f"{'xyz'[axis]} (mm)")
-    what = "Nose error" if len(story.truth) else "Nose by the encoders alone, relative to the calibrated filter (no truth in this log)"
-    panels[0].set_title(f"{what}; the band is the filter's 95 %", loc="left")
-    if panels[0].lines:
-        panels[0].legend(loc="upper left", ncol=2, fontsize=9)
+        for track, color in _tracks(story):
+            _error(axes, track, against, axis, color)
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, -LEAST_MM), max(high, LEAST_MM))
     panels[-1].set_xlabel(TIME)
 
 
-def _band(axes: "object", track: TrackOverTime, axis: int, middle_mm: np.ndarray, color: str) -> None:
-    spread = 2e3 * np.sqrt(np.maximum(track.cov_m2[:, axis, axis], 0.0))
-    axes.fill_between(track.t_s, middle_mm - spread, middle_mm + spread, color=color, alpha=0.15, lw=0)  # type: ignore[attr-defined]
+def _tracks(story: RunHistory) -> list[tuple[TrackOverTime, str]]:
+    cold = [(story.others[BESIDE].nose, VARIANTS[BESIDE][1])] if BESIDE in story.others else []
+    return [(story.dead, DEAD), *cold, (story.odometry, CALIBRATED)]
+
+
+def _error(axes: Any, track: TrackOverTime, against: TrackOverTime, axis: int, color: str) -> None:
+    t_s, own, other = track.matched(against)
+    every = thinned(t_s)
+    t_s, own, other = t_s[every], own[every], other[every]
+    error_mm: Array = 1e3 * (track.p_m[own, axis] - against.p_m[other, axis])
+    axes.plot(t_s, error_mm, color=color, lw=1.3)
+    half_mm = 1e3 * TWO_SIDED_95 * np.sqrt(np.maximum(track.cov_m2[own, axis, axis], 0.0))
+    if np.any(half_mm > 0.0):
+        axes.fill_between(t_s, error_mm - half_mm, error_mm + half_mm, color=color, alpha=0.18, lw=0)

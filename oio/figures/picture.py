@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oio.core.errors import BadInput
+from oio.figures.error_timelines import nose_error, source_error
+from oio.figures.gas_timeline import gas
 from oio.figures.run_history import read_run_history
 from oio.figures.search_map import search_map
 from oio.figures.style import RC
-from oio.figures.timelines import gas, nose_error, source_error
 from oio.figures.titles import ending, headline, read_summary
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 SIZE_IN, DPI = (16.0, 9.0), 100  # 1600 x 900 pixels
 PLACES = {  # left, bottom, width, height: fixed, so that every run has the same layout, with room for legends
-    "map": (0.05, 0.2, 0.4, 0.655),
+    "map": (0.05, 0.075, 0.4, 0.7),
     "source": (0.52, 0.715, 0.47, 0.2),
     "gas": (0.52, 0.395, 0.47, 0.2),
     "nose": (0.52, 0.075, 0.47, 0.2),
@@ -35,10 +36,10 @@ def draw(run: Path, out: Path) -> None:
         figure = Figure(figsize=SIZE_IN, dpi=DPI)
         canvas = FigureCanvasAgg(figure)
         panels = {name: figure.add_axes(place) for name, place in PLACES.items()}
-        search_map(panels["map"], story)
-        source_error(panels["source"], story)
+        search_map(panels["map"], story, 3)
+        source_error(panels["source"], story, 4)
         gas(panels["gas"], story)
-        nose_error(panels["nose"], story, summary)
+        nose_error(panels["nose"], story, summary, 3)
         figure.text(0.05, 0.955, headline(dict(story.identity), summary), fontsize=16, weight="bold")
         figure.text(0.05, 0.92, ending(summary), fontsize=14)
         _save(canvas, out)

@@ -1,49 +1,18 @@
 """Run history for the figures: true and believed trajectories of nose and source, dead reckoning, and gas readings."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from oio.core.records import Array, Event, GasReading, JointState, Truth, WorldSample, seconds
 from oio.figures.dead_reckoning import Encoders, encoders
+from oio.figures.track import Estimates, Span, TrackOverTime, estimates_by_variant, places_left, track_over_time
 from oio.log import LoggedRun, read_end, read_run
 
 SEARCH = "navigate"
 SOURCE = ("source_x", "source_y", "source_z")
-
-
-@dataclass(frozen=True, slots=True)
-class Span:
-    """Time span of one stage [s] since the world opened."""
-
-    stage: str
-    begin_s: float
-    end_s: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TrackOverTime:
-    """Trajectory: t_s (k,) s, p_m (k, 3) m in the base frame, cov_m2 (k, 3, 3) m^2 (zero where nothing is uncertain)."""
-
-    t_s: Array
-    p_m: Array
-    cov_m2: Array
-
-    def __len__(self) -> int:
-        return len(self.t_s)
-
-    def during(self, span: Span) -> "TrackOverTime":
-        """Return the part inside a span."""
-        inside = (self.t_s >= span.begin_s) & (self.t_s <= span.end_s)
-        return TrackOverTime(self.t_s[inside], self.p_m[inside], self.cov_m2[inside])
-
-    def distances(self, truth: "TrackOverTime") -> tuple[Array, Array]:
-        """Return t_s (j,) and distance (j,) m at common time stamps only: in 20 ms the nose moves by more than its error."""
-        t_s, own, other = np.intersect1d(self.t_s, truth.t_s, return_indices=True)
-        return t_s, np.linalg.norm(self.p_m[own] - truth.p_m[other], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +30,10 @@ class RunHistory:
     shoulder_m: Array  # (3,) origin of bearings
     links_m: Array  # (j + 1, 3) m: joints and nose as the arm stood at the end; (0, 3) without its model
     places: dict[str, Array]  # true positions of the `beacon` and the `source`, (3,) m
+    left: tuple[
+        tuple[Array, Array], ...
+    ] = ()  # places that the last map left for the source, best first: mean (3,) m, covariance (3, 3) m^2
+    others: Mapping[str, Estimates] = field(default_factory=dict)  # by variant: the filters that were run over the log again, e.g. `cold`
 
     @property
     def dof(self) -> int:
@@ -84,19 +57,9 @@ def run_history(run: LoggedRun, path: Path) -> RunHistory:
     odometry, source = track_over_time(run.odometry), track_over_time(_sources(run, search.begin_s))
     truth, odometry, dead, source = (c.during(search) for c in (truth, odometry, dead, source))
     return RunHistory(
-        run.metadata, spans, search, tuple(run.readings), truth, odometry, dead, source, _shoulder(arm), _links(arm, joints), places
-    )
-
-
-def track_over_time(rows: Any) -> TrackOverTime:
-    """Return the trajectory of (t_ns, p (3,) m, covariance (3, 3) m^2 or None); entries that are not finite are left out."""
-    rows = list(rows)
-    if not rows:
-        return TrackOverTime(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)))
-    t_s, p = np.array([seconds(t_ns) for t_ns, _, _ in rows]), np.array([at for _, at, _ in rows], dtype=float)
-    cov = np.array([np.zeros((3, 3)) if of is None else of for _, _, of in rows], dtype=float)
-    finite = np.all(np.isfinite(p), axis=1) & np.all(np.isfinite(cov), axis=(1, 2))
-    return TrackOverTime(t_s[finite], p[finite], cov[finite])
+        run.metadata, spans, search, tuple(run.readings), truth, odometry, dead, source, _shoulder(arm), _links(arm, joints), places,
+        places_left(run.results.get(SEARCH)), estimates_by_variant(run.others),
+    )  # fmt: skip
 
 
 def _shoulder(arm: Encoders | None) -> Array:

@@ -6,18 +6,21 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.figures.geometry import ellipse, limits
-from oio.figures.run_history import RunHistory, TrackOverTime
-from oio.figures.style import BEACON, BELIEVED, CALIBRATED, DEAD, SOURCE, TRUTH
+from oio.figures.run_history import RunHistory
+from oio.figures.source_inset import source_inset
+from oio.figures.style import BEACON, BELIEVED, CALIBRATED, DEAD, SOURCE, TRUTH, VARIANTS
+from oio.figures.timelines import legend_above
+from oio.figures.track import TrackOverTime
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+SHOWN = tuple((name, VARIANTS[name]) for name in ("cold",))  # the tangle of a search bears no more lines
 
-def search_map(axes: "Axes", story: RunHistory) -> None:
+
+def search_map(axes: "Axes", story: RunHistory, columns: int = 2) -> None:
     """Draw nose tracks, source positions and the final belief; x and y of the base frame in mm, equal scales."""
-    low, high = _limits(axes, story)
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
+    low, high = _show(axes, story)
     _tracks(axes, story)
     _places(axes, story)
     _belief(axes, story, low, high)
@@ -25,14 +28,30 @@ def search_map(axes: "Axes", story: RunHistory) -> None:
     axes.set_title(f"The {what} seen from above" + ("" if len(story.truth) else "; no truth in this log: beliefs only"), loc="left")
     axes.set_xlabel("x of the base frame, forward (mm)")
     axes.set_ylabel("y of the base frame, to the left (mm)")
-    axes.legend(loc="upper left", bbox_to_anchor=(-0.06, -0.085), ncol=2, frameon=False, markerscale=0.65)
+    legend_above(axes, columns)
+    figure = axes.get_figure(root=True)
+    if figure is not None and figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()  # now the panel has its size, on which equal scales depend
+    source_inset(axes, story, *_show(axes, story))
+
+
+def _show(axes: "Axes", story: RunHistory) -> tuple[Array, Array]:
+    low, high = _limits(axes, story)
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    return low, high
 
 
 def _tracks(axes: "Axes", story: RunHistory) -> None:
     lines: tuple[tuple[TrackOverTime, str, dict[str, Any]], ...] = (
-        (story.dead, "nose by dead reckoning (encoders alone)", {"color": DEAD, "lw": 1.0, "alpha": 0.8}),
-        (story.truth, "true nose", {"color": TRUTH, "lw": 2.6}),
-        (story.odometry, "nose as believed (calibrated)", {"color": CALIBRATED, "lw": 0.9, "marker": ".", "ms": 4}),
+        (story.dead, "nose, encoders alone", {"color": DEAD, "lw": 0.9, "alpha": 0.8}),
+        (story.truth, "true nose", {"color": TRUTH, "lw": 2.2}),
+        *(
+            (story.others[name].nose, f"nose, {label}", {"color": color, "lw": 0.8})
+            for name, (label, color) in SHOWN
+            if name in story.others
+        ),
+        (story.odometry, "nose, calibrated", {"color": CALIBRATED, "lw": 0.8, "marker": ".", "ms": 3}),
     )
     for course, label, style in lines:
         if len(course):
@@ -40,10 +59,10 @@ def _tracks(axes: "Axes", story: RunHistory) -> None:
 
 
 def _places(axes: "Axes", story: RunHistory) -> None:
-    axes.plot(0, 0, "s", ms=13, color="black", label="arm base", ls="none")
+    axes.plot(0, 0, "s", ms=9, color="black", label="arm base", ls="none")
     marks: tuple[tuple[str, str, dict[str, Any]], ...] = (
-        ("beacon", "beacon (calibration)", {"marker": "^", "ms": 12, "color": BEACON}),
-        ("source", "true source", {"marker": "*", "ms": 24, "color": SOURCE}),
+        ("beacon", "beacon (known place)", {"marker": "^", "ms": 9, "color": BEACON}),
+        ("source", "true source", {"marker": "*", "ms": 15, "color": SOURCE}),
     )
     for place, label, style in marks:
         if place in story.places:
@@ -57,9 +76,18 @@ def _belief(axes: "Axes", story: RunHistory, low: Array, high: Array) -> None:
     mean, cov = story.source.p_m[-1], story.source.cov_m2[-1]
     at = _mm(mean)
     inside = bool(np.all((at >= low) & (at <= high)))
-    label = "believed source" if inside else f"believed source: outside, at ({at[0]:.0f}, {at[1]:.0f}) mm"
-    axes.plot(*at, "X", ms=11, color=BELIEVED, mec="black", label=label, ls="none", zorder=7)
-    axes.fill(*_mm(ellipse(mean, cov)).T, fc=(*_rgb(BELIEVED), 0.35), ec=BELIEVED, lw=2.0, label="its 95 % region", zorder=6)
+    label = "source, calibrated" if inside else f"source, calibrated: at ({at[0]:.0f}, {at[1]:.0f}) mm"
+    axes.plot(*at, "X", ms=8, color=BELIEVED, mec="black", label=label, ls="none", zorder=7)
+    axes.fill(*_mm(ellipse(mean, cov)).T, fc=(*_rgb(BELIEVED), 0.35), ec=BELIEVED, lw=1.6, label="its 95 % region", zorder=6)
+    for i, (other, spread) in enumerate(story.left[1:]):
+        axes.plot(
+            *_mm(ellipse(other, spread)).T, color=BELIEVED, lw=1.0, ls="--", label=f"{len(story.left) - 1} other places" if i == 0 else None
+        )
+    for name, (words, color) in VARIANTS.items():
+        if name in story.others and len(story.others[name].source):
+            axes.plot(
+                *_mm(story.others[name].source.p_m[-1]), "P", ms=6, color=color, mec="black", mew=0.6, label=f"source, {words}", ls="none"
+            )
 
 
 def _limits(axes: "Axes", story: RunHistory) -> tuple[Array, Array]:

@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from oio.figures.rounding import with_uncertainty
 from oio.figures.style import CALIBRATED, DEAD
-from oio.figures.timelines import say
+from oio.figures.timelines import legend_above, say
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,8 +27,8 @@ def step_plot(axes: "Axes", rise: Lag | None, fall: Lag | None) -> None:
         middle, late, early = (np.exp(-t_s / tau) if falls else 1.0 - np.exp(-t_s / tau) for tau in (tau_s, slow, fast))
         axes.fill_between(t_s, late, early, color=color, alpha=0.2, lw=0)
         t_90 = tau_s * float(np.log(10.0))
-        axes.plot(t_s, middle, color=color, lw=1.6, label=f"{name}: tau {tau_s:.2g} +- {u_s:.1g} s, 90 % after {t_90:.2g} s")
+        axes.plot(t_s, middle, color=color, lw=1.6, label=f"{name}: tau {with_uncertainty(tau_s, u_s)} s, 90 % after {t_90:.2g} s")
         axes.plot(t_90, 0.1 if falls else 0.9, "o", ms=5, color=color)
     axes.set_xlabel("time after the step (s)")
     axes.set_ylabel("share of the step")
-    axes.legend(loc="center right", fontsize=9)
+    legend_above(axes, 1)

@@ -5,6 +5,8 @@ from typing import Any
 TRUTH, CALIBRATED, DEAD = "#A6A6A6", "#0072B2", "#D55E00"
 BEACON, SOURCE, BELIEVED = "#009E73", "#F0E442", "#CC79A7"
 ELEMENTS = ("#009E73", "#CC79A7", "#0072B2", "#D55E00")
+COLD, COLD_OPEN = "#E69F00", "#56B4E9"
+VARIANTS = {"cold": ("cold start", COLD), "cold_open": ("cold start, open", COLD_OPEN)}  # of the log: name and colour
 SHADES = ("#FFFFFF", "#E9E9E9")  # background of alternate stages
 
 RC: Any = {  # matplotlib types its keys one by one

@@ -8,6 +8,8 @@ from oio.core.errors import BadInput
 from oio.results.summary import READABLE, SCHEMA
 
 Document = dict[str, Any]
+SIMULATION = "mujoco"
+ONLY_SIMULATED = [("air {}", "air"), ("seed {}", "seed")]
 
 
 def read_summary(path: Path) -> Document:
@@ -27,9 +29,11 @@ _REPAIR = "Remove it to draw the run from its log alone, or run the experiment a
 
 
 def headline(identity: Document, summary: Document) -> str:
-    """Return the configuration of the run, e.g. `sensor ec, 5 DoF, air still, seed 3`; unknown entries are left out."""
+    """Return the configuration of the run, e.g. `sensor ec, 5 DoF, air still, seed 3`; unknown entries are left out. Only a simulation
+    knows its air."""
     known = {**identity, **{key: value for key, value in summary.items() if value is not None}}
-    words = [("sensor {}", "sensor"), ("{} DoF", "dof"), ("air {}", "air"), ("seed {}", "seed")]
+    simulated = known.get("backend", SIMULATION) == SIMULATION
+    words = [("sensor {}", "sensor"), ("{} DoF", "dof"), *(ONLY_SIMULATED if simulated else [("backend {}", "backend")])]
     return ", ".join(pattern.format(known[key]) for pattern, key in words if key in known)
 
 

@@ -120,7 +120,8 @@ def _two_strengths(first: Array, second: Array, z: Array, weight: Array) -> tupl
     """Least-squares factors of two fields (m,), at least 1e-3, and the weighted sum of squares."""
     fields = np.stack([first, second], axis=1)
     normal = fields.T @ (weight[:, None] * fields)
-    factors = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2), fields.T @ (weight * z))
+    ridge = max(1e-9 * float(np.trace(normal)), 1e-300)  # far from all readings both fields are zero
+    factors = np.asarray(np.linalg.solve(normal + ridge * np.eye(2), fields.T @ (weight * z)), dtype=np.float64)
     for i in range(2):
         if factors[i] < 1e-3:
             factors[i], other = 1e-3, 1 - i

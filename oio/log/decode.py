@@ -7,7 +7,7 @@ import numpy as np
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
 
-from oio.core.records import Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
+from oio.core.records import Array, Belief, Event, FilterEstimate, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
 from oio.log import schemas
 
 
@@ -51,6 +51,13 @@ def belief(t_ns: int, data: bytes) -> Belief:
 def named_belief(t_ns: int, data: bytes) -> tuple[tuple[str, ...], Belief]:
     """Decode a belief with the names of its n entries."""
     return tuple(schemas.State.FromString(data).names), belief(t_ns, data)
+
+
+def filter_estimate(t_ns: int, data: bytes) -> FilterEstimate:
+    """Decode what a filter that was run over the log estimated."""
+    m = schemas.FilterEstimate.FromString(data)
+    nose_cov, source_cov = _mirrored(m.nose_cov_upper, 3), _mirrored(m.source_cov_upper, 3)
+    return FilterEstimate(t_ns, m.variant, np.array(m.nose_m), nose_cov, np.array(m.source_m), source_cov)
 
 
 def _mirrored(upper: Any, n: int) -> Array:

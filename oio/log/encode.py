@@ -15,7 +15,19 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
-from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth, WorldSample
+from oio.core.records import (
+    SECOND_NS,
+    Array,
+    Belief,
+    Event,
+    FilterEstimate,
+    GasReading,
+    GasSample,
+    Innovation,
+    JointState,
+    Truth,
+    WorldSample,
+)
 from oio.log import schemas
 
 Topics = dict[str, Any]  # the messages of one record, by topic
@@ -101,8 +113,20 @@ def state(belief: Belief, names: Sequence[str], units: Sequence[str]) -> Any:
     n = len(belief.mean)
     if not len(names) == len(units) == n:
         raise ValueError(f"a belief of {n} entries has {len(names)} names and {len(units)} units")
-    upper = belief.cov[np.triu_indices(n)].tolist()
-    return schemas.State(stamp=stamp(belief.t_ns), names=names, units=units, mean=belief.mean.tolist(), cov_upper=upper)
+    return schemas.State(stamp=stamp(belief.t_ns), names=names, units=units, mean=belief.mean.tolist(), cov_upper=_upper(belief.cov))
+
+
+def _upper(cov: Array) -> list[float]:
+    return list(cov[np.triu_indices(len(cov))].tolist())
+
+
+def filter_estimate(one: FilterEstimate) -> Topics:
+    """Encode what a filter that was run over the log estimated; a topic per variant."""
+    message = schemas.FilterEstimate(
+        stamp=stamp(one.t_ns), variant=one.variant, nose_m=one.nose_m.tolist(), nose_cov_upper=_upper(one.nose_cov),
+        source_m=one.source_m.tolist(), source_cov_upper=_upper(one.source_cov),
+    )  # fmt: skip
+    return {f"/evaluate/{one.variant}": message}
 
 
 def odometry(t_ns: int, nose_m: Array, cov: Array) -> Topics:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample
+from oio.core.records import Array, Belief, Event, FilterEstimate, GasReading, Innovation, WorldSample
 from oio.log import decode
 from oio.log.read import read_kinds
 from oio.log.scene import belief_scene
@@ -24,6 +24,7 @@ class LoggedRun:
     states: list[tuple[tuple[str, ...], Belief]] = field(default_factory=list)
     innovations: list[Innovation] = field(default_factory=list)
     odometry: list[tuple[int, Array, Array]] = field(default_factory=list)
+    others: list[FilterEstimate] = field(default_factory=list)  # by the other filters of the stage evaluate
     hypotheses: list[tuple[int, list[tuple[Array, Array]]]] = field(default_factory=list)
     stages: list[tuple[int, str, str]] = field(default_factory=list)
     results: dict[str, Any] = field(default_factory=dict)
@@ -34,7 +35,7 @@ def read_run(path: Path) -> LoggedRun:
     run = LoggedRun(check(path))
     kept: dict[str, Callable[[Any], None]] = {
         "oio.v1.GasReading": run.readings.append, "oio.v1.State": run.states.append, "oio.v1.Innovation": run.innovations.append,
-        "foxglove.Odometry": run.odometry.append,
+        "foxglove.Odometry": run.odometry.append, "oio.v1.FilterEstimate": run.others.append,
     }  # fmt: skip
     for kind, record in read_kinds(path, _DECODERS):
         if kind in kept:
@@ -60,5 +61,6 @@ def _stage_with_result(t_ns: int, data: bytes) -> tuple[tuple[int, str, str], st
 
 _DECODERS: dict[str, Callable[[int, bytes], Any]] = {
     **decode.SAMPLES, "oio.v1.GasReading": decode.reading, "oio.v1.State": decode.named_belief, "oio.v1.Innovation": decode.innovation,
+    "oio.v1.FilterEstimate": decode.filter_estimate,
     "foxglove.Odometry": decode.odometry, "foxglove.SceneUpdate": belief_scene, "oio.v1.StageResult": _stage_with_result,
 }  # fmt: skip

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample
+from oio.core.records import Array, Belief, Event, FilterEstimate, GasReading, Innovation, WorldSample
 from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Setup, StageMark
 from oio.log.write import LONG_AGO_NS, Journal, RunLog
 
@@ -36,6 +36,9 @@ class MemoryLog(RunLog):
     def odometry(self, t_ns: int, nose_m: Array, cov: Array) -> None:
         """Not kept."""
         self._tell(BelievedNose(t_ns, nose_m, cov))
+
+    def filter_estimate(self, estimate: FilterEstimate) -> None:
+        """Not kept."""
 
     def innovation(self, innovation: Innovation) -> None:
         """Not kept."""

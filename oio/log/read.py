@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Message
 
 from oio.core.errors import BadInput
-from oio.core.records import Array, Belief, Event, GasReading, Innovation, WorldSample, seconds
+from oio.core.records import Array, Belief, Event, FilterEstimate, GasReading, Innovation, WorldSample, seconds
 from oio.log import decode
 from oio.log.decode_entries import ENTRIES
 from oio.log.entries import Entry
@@ -66,6 +66,11 @@ def read_readings(path: Path) -> Iterator[GasReading]:
 def read_odometry(path: Path) -> Iterator[tuple[int, Array, Array]]:
     """Return (t_ns, nose (3,) m, covariance (3, 3) m^2) of every believed nose, in frame base; errors as `read_samples`."""
     return _records_of_schema(path, "foxglove.Odometry", decode.odometry)
+
+
+def read_filter_estimates(path: Path) -> Iterator[FilterEstimate]:
+    """Return what the other filters of the stage evaluate estimated, variant by variant in order of time; errors as `read_samples`."""
+    return _records_of_schema(path, "oio.v1.FilterEstimate", decode.filter_estimate)
 
 
 def read_events(path: Path) -> Iterator[Event]:

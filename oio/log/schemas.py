@@ -28,6 +28,14 @@ _FIELDS = {  # name: (field, type), ...; numbered from 1 in this order, so new f
         ("nis", "double"),
         ("gated", "bool"),
     ),
+    "FilterEstimate": (
+        ("stamp", "stamp"),
+        ("variant", "string"),
+        ("nose_m", "double[]"),  # (3,)
+        ("nose_cov_upper", "double[]"),  # (6,) m^2, the upper triangle row by row
+        ("source_m", "double[]"),
+        ("source_cov_upper", "double[]"),
+    ),
     "StageResult": (("stamp", "stamp"), ("stage", "string"), ("state", "string"), ("json", "string")),
     "Event": (("stamp", "stamp"), ("kind", "string"), ("text", "string")),
     "TruthState": (("stamp", "stamp"), ("q", "double[]"), ("nose_m", "double[]"), ("source_m", "double[]"), ("ppm", "double")),
@@ -68,6 +76,7 @@ _message_classes = _classes()
 GasSample = _message_classes["GasSample"]
 GasReading = _message_classes["GasReading"]
 State = _message_classes["State"]
+FilterEstimate = _message_classes["FilterEstimate"]
 Innovation = _message_classes["Innovation"]
 StageResult = _message_classes["StageResult"]
 Event = _message_classes["Event"]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, Innovation, Truth, WorldSample, nanoseconds
+from oio.core.records import SECOND_NS, Array, Belief, Event, FilterEstimate, GasReading, Innovation, Truth, WorldSample, nanoseconds
 from oio.log import encode, schemas
 from oio.log.arm_scene import setup_scene, source_scene, transforms
 from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Entry, Progress, Setup, StageMark, Watcher
@@ -75,6 +75,10 @@ class RunLog:
         """Log the believed nose: (3,) m and (3, 3) m^2 in frame base."""
         self._put(t_ns, encode.odometry(t_ns, nose_m, cov))
         self._tell(BelievedNose(t_ns, nose_m, cov))
+
+    def filter_estimate(self, estimate: FilterEstimate) -> None:
+        """Log what another filter made of the search, from its log; its time may be long past."""
+        self._put(estimate.t_ns, encode.filter_estimate(estimate))
 
     def innovation(self, innovation: Innovation) -> None:
         """Log the innovation of an update."""

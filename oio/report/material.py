@@ -42,12 +42,6 @@ class Material:
         summary, files = read_summary(folder / "summary.json"), [_yaml(folder / name) for name in ("calibration.yaml", "config.yaml")]
         return cls(folder, run_history(run, log), run.results, tuple(run.innovations), events, summary, *files)
 
-    def places(self) -> list[tuple[Array, Array]]:
-        """Places that the last map of the search left for the source, best first: mean (3,) m and covariance (3, 3) m^2."""
-        maps = self.stages.get("navigate", {}).get("maps", [])
-        fits = [(np.array(fit["mean"], dtype=float)[:3], np.array(fit["cov"], dtype=float)[:3, :3]) for fit in (maps[-1] if maps else [])]
-        return [(mean, cov) for mean, cov in fits if np.all(np.isfinite(mean)) and np.all(np.isfinite(cov))]
-
     def baselines_ppm(self) -> list[float]:
         """Baseline of each element [ppm]."""
         return [float(element["ppm"]) for element in self.stages.get("baseline", {}).get("elements", [])]
@@ -61,6 +55,11 @@ class Material:
             e: np.array(sorted({t_s: ppm for element, t_s, ppm in inside if element == e}.items())) for e in {row[0] for row in inside}
         }
         return {f"element {e}": (found[e][:, 0], found[e][:, 1]) for e in sorted(found)}
+
+    @property
+    def moved(self) -> bool:
+        """Whether the nose was anywhere but at rest: it searched, or it located the beacon."""
+        return any(span.stage not in CLEAN for span in self.story.spans)
 
     def bouts(self) -> list[Event]:
         """Bouts of the calibration."""

@@ -3,9 +3,11 @@
 from collections.abc import Iterator
 from typing import Any
 
+from oio.figures.rounding import with_uncertainty
 from oio.report.material import Material
 from oio.report.page import Part, badge, bullets, paragraph, table
 
+NO_BREAK = "\N{NO-BREAK SPACE}"
 LARGEST_BOUND_M = 0.5  # a larger one is no bound on anything
 VARIANTS = {
     "cold": "cold start: data sheet taken as known", "cold_open": "cold start: data sheet, open",
@@ -19,19 +21,30 @@ def calibration_part(material: Material, published: dict[str, Any]) -> Part:
     rows = [row for section, about in SECTIONS.items() for row in _entries(material.calibration.get(section) or {}, about)]
     if not rows:
         return Part("calibration", "Calibration", paragraph("This run made no calibration."))
-    heads = ("quantity", "value", "+- u", "unit", "degrees of freedom", "evaluation")
-    values = table("Calibrated quantities; u is the standard uncertainty (GUM), evaluation A statistical, B other", heads, rows)
+    heads = ("quantity", "value +- u", "degrees of freedom", "evaluation")
+    caption = "Calibrated quantities with their standard uncertainty u"
+    meaning = (
+        "Evaluation A: from the readings of this run. B: from elsewhere, also where the readings told less than was known before; "
+        "u is then mostly what was known before."
+    )
+    values = table(caption, heads, rows) + paragraph(meaning, "note")
     return Part("calibration", "Calibration", values + _table_1(material, published))
 
 
 def _entries(tree: dict[str, Any], key: str) -> Iterator[tuple[str, ...]]:
     for name, value in tree.items():
         if isinstance(value, dict) and {"value", "u", "unit"} <= set(value):
-            dof = value.get("dof")
-            free = "infinite" if dof is None else f"{dof:g}"
-            yield f"{key}.{name}", f"{value['value']:.4g}", f"{value['u']:.2g}", str(value["unit"]), free, str(value.get("method", ""))
+            dof, unit = value.get("dof"), str(value["unit"])
+            known = all(isinstance(number, int | float) for number in (value["value"], value["u"]))
+            measured = with_uncertainty(value["value"], value["u"]) if known else f"{value['value']}"
+            with_unit = measured if unit == "1" else f"{measured}{NO_BREAK}{unit}"
+            yield f"{key}.{name}", with_unit, "infinite" if dof is None else _plain(dof), str(value.get("method", ""))
         elif isinstance(value, dict):
             yield from _entries(value, f"{key}.{name}")
+
+
+def _plain(dof: object) -> str:
+    return f"{dof:g}" if isinstance(dof, int | float) else str(dof)
 
 
 def _table_1(material: Material, published: dict[str, Any]) -> str:
@@ -61,7 +74,7 @@ def truth_part(material: Material) -> Part | None:
     return Part(
         "truth",
         "Scored against the true place of the source",
-        f'<div class="truth">{words}{reasons}{bound}{table("The same samples through each filter", heads, rows)}</div>',
+        f'<div class="truth">{words}{reasons}{bound}{table("The same samples through each filter", heads, rows, cards=True)}</div>',
     )
 
 

@@ -21,8 +21,11 @@ def origin(material: Material) -> str:
     """Return one line on the origin."""
     told, sensor = material.identity, material.config.get("sensor") or {}
     kind = KINDS.get(told.get("backend", ""), f"backend={told.get('backend')}.")
-    gas = f"{sensor.get('elements')} elements, {sensor.get('gas')}" if sensor else "gas unknown"
-    parts = [f"{kind} Sensor {told.get('sensor')} ({gas}), arm {(material.config.get('arm') or {}).get('name')}"]
+    elements = sensor.get("elements")
+    gas = f"{elements} {'element' if elements == 1 else 'elements'}, {sensor.get('gas')}" if sensor else "gas unknown"
+    recording = (material.config.get("recording") or {}).get("name") if told.get("backend") == "recording" else None
+    told_of = f" Recording {recording}." if recording else ""
+    parts = [f"{kind}{told_of} Sensor {told.get('sensor')} ({gas}), arm {(material.config.get('arm') or {}).get('name')}"]
     parts += [f"air {told['air']}"] if told.get("backend") == "mujoco" and "air" in told else []
     parts += [f"begun {told['started']}"] if "started" in told else []
     devices = json.loads(told.get("devices", "{}"))

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).parent
+SIGNS = {"+-": "\N{PLUS-MINUS SIGN}", "^2": "\N{SUPERSCRIPT TWO}", "*sqrt(s)": " \N{SQUARE ROOT}s", "/sqrt(s)": "/\N{SQUARE ROOT}s"}
+LONG = 30  # letters of a word that may be broken anywhere
+LONG_NAME = 16  # letters of a name that may be broken at its dots and underscores
+NOTHING = "nothing"  # in a cell: a narrow screen leaves it out
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +26,23 @@ def escaped(text: object) -> str:
     return html.escape(str(text), quote=True)
 
 
+def typeset(text: object) -> str:
+    """Text for a person as HTML: with the signs that a terminal may lack."""
+    html_text = escaped(text)
+    for typed, sign in SIGNS.items():
+        html_text = html_text.replace(typed, sign)
+    return html_text
+
+
 def paragraph(text: str, kind: str = "") -> str:
     """One paragraph of text."""
-    return f"<p{_class(kind)}>{escaped(text)}</p>"
+    return f"<p{_class(kind)}>{typeset(text)}</p>"
 
 
 def bullets(texts: Iterable[str], ordered: bool = False) -> str:
     """A list of texts."""
     tag = "ol" if ordered else "ul"
-    return f"<{tag}>{''.join(f'<li>{escaped(text)}</li>' for text in texts)}</{tag}>"
+    return f"<{tag}>{''.join(f'<li>{typeset(text)}</li>' for text in texts)}</{tag}>"
 
 
 def badge(word: str) -> str:
@@ -43,7 +55,7 @@ def table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], raw
 
     `raw`: columns that are HTML already.
     """
-    head = "".join(f'<th scope="col">{escaped(text)}</th>' for text in heads)
+    head = "".join(f'<th scope="col">{typeset(text)}</th>' for text in heads)
     body = "".join(f"<tr>{''.join(_cell(i, cell, i in raw, heads[i]) for i, cell in enumerate(row))}</tr>" for row in rows)
     inner = f"<table><caption>{escaped(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     kind = "scroll cards" if cards else "scroll"
@@ -52,8 +64,7 @@ def table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], raw
 
 def figure(name: str, drawing: str, caption: str) -> str:
     """A drawing with its caption, which is its description as well."""
-    inner = f'<div class="scroll drawing" role="region" tabindex="0" aria-label="{escaped(caption)}">{drawing}</div>'
-    return f'<figure id="{escaped(name)}">{inner}<figcaption>{escaped(caption)}</figcaption></figure>'
+    return f'<figure id="{escaped(name)}"><div class="drawing">{drawing}</div><figcaption>{escaped(caption)}</figcaption></figure>'
 
 
 def page(title: str, lead: str, parts: Sequence[Part], scripts: str = "") -> str:
@@ -70,8 +81,12 @@ def page(title: str, lead: str, parts: Sequence[Part], scripts: str = "") -> str
 
 
 def _cell(column: int, cell: str, raw: bool, head: str) -> str:
-    text = cell if raw else escaped(cell)
-    return f'<th scope="row">{text}</th>' if column == 0 else f'<td data-head="{escaped(head)}">{text}</td>'
+    text = cell if raw else typeset(cell)
+    if column == 0:
+        breakable = not raw and len(cell) > LONG_NAME
+        return f'<th scope="row">{text.replace(".", ".<wbr>").replace("_", "_<wbr>") if breakable else text}</th>'
+    kind = "none" if cell == NOTHING else "long" if not raw and any(len(word) > LONG for word in cell.split()) else ""
+    return f'<td data-head="{typeset(head)}"{_class(kind)}>{text}</td>'
 
 
 def _class(kind: str) -> str:

@@ -32,7 +32,8 @@ def assumptions_part(material: Material) -> Part:
     return Part(
         "assumptions",
         "Assumptions",
-        paragraph(text) + table("Holes of the paper (France, Daescu, Paul, Prasad, 2025)", ("what is open", "key", "in this run"), rows),
+        paragraph(text)
+        + table("Holes of the paper (France, Daescu, Paul, Prasad, 2025)", ("what is open", "key", "in this run"), rows, cards=True),
     )
 
 
@@ -43,6 +44,9 @@ def provenance_part(material: Material) -> Part:
     rows: list[tuple[str, str]] = [(key, told[key]) for key in CHOICES if key in told]
     rows += [(f"version of {name}", str(version)) for name, version in versions.items()]
     rows += [("overrides", " ".join(json.loads(told.get("overrides", "[]"))) or "none")]
+    if "reproducible" in told:
+        judged = json.loads(told["reproducible"])
+        rows += [("reproducible", f"{judged['word']}{': ' if judged['reasons'] else ''}{'; '.join(judged['reasons'])}")]
     rows += [("SHA-256 of run.mcap", hashlib.sha256(log.read_bytes()).hexdigest())]
     config = f"<details><summary>The whole configuration</summary><pre tabindex='0'>{escaped(told.get('config', ''))}</pre></details>"
     return Part("provenance", "Provenance", table("What made this run", ("what", "value"), rows) + config)

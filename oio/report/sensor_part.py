@@ -6,7 +6,8 @@ from oio.figures.step_plot import Lag, step_plot
 from oio.identification.allan import allan_curve
 from oio.identification.allan_fit import AllanFit, fit_allan
 from oio.identification.regular_series import regular
-from oio.report.drawing import Drawing
+from oio.report.captions import CAPTIONS
+from oio.report.drawing import WIDE_IN, Drawing
 from oio.report.material import Material
 from oio.report.page import paragraph, table
 
@@ -18,19 +19,9 @@ def sensor_drawings(material: Material) -> list[Drawing]:
     """Return the figures: no Allan deviation where the record is too short for one."""
     fits = allan_fits(material)[0]
     lags = [_lag(material, name) for name in ("tau_rise", "tau_fall")]
-    allan = [
-        Drawing(
-            "allan", (9.0, 3.8), "Allan deviation of the readings in clean air, with 95 % intervals; dashed: the fitted white noise.",
-            lambda f: allan_plot(f.subplots(), fits, "ppm"),
-        )
-    ]  # fmt: skip
-    step = [
-        Drawing(
-            "step", (9.0, 3.2), "Response of the sensor to a step of gas by the calibrated lag; bands are two standard uncertainties.",
-            lambda f: step_plot(f.subplots(), *lags),
-        ),
-    ]  # fmt: skip
-    return [*(allan if fits else ()), *step]
+    allan = Drawing("allan", (WIDE_IN, 3.4), CAPTIONS["allan"], lambda f: allan_plot(f.subplots(), fits, "ppm"))
+    step = Drawing("step", (WIDE_IN, 3.2), CAPTIONS["step"], lambda f: step_plot(f.subplots(), *lags))
+    return [*([allan] if fits else ()), *([step] if all(lags) else ())]
 
 
 def sensor_table(material: Material) -> str:
@@ -47,7 +38,8 @@ def sensor_table(material: Material) -> str:
         for element, fit in fits.items()
         for name, c in fit.coefficients.items()
     ]
-    notes = "".join(paragraph(f"{element}: {why}", "note") for element, why in refused.items())
+    reasons = {why: ", ".join(element for element, other in refused.items() if other == why) for why in refused.values()}
+    notes = "".join(paragraph(f"No Allan deviation of {elements}: {why}", "note") for why, elements in reasons.items())
     more = paragraph(
         "A run's minutes tell white noise; drift wants an hour: stage.warm_up.drift_record_s=3600. Also: python -m oio.identify RUN.",
         "note",

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from oio.figures.sweep_errors import distributions, heat_map
-from oio.report.drawing import Drawing
+from oio.figures.sweep_errors import PANELS, distributions, heat_map
+from oio.report.drawing import WIDE_IN, Drawing
 from oio.report.page import Part, badge, escaped, figure, page, paragraph, table
 from oio.sweep.group_table import HEADS, group_table, usual_keys
 from oio.sweep.manifest import Manifest, Outcome
 from oio.sweep.records import Record, error_of, records, shown_error
-from oio.sweep.sheet import columns, text
+from oio.sweep.row_display import cell
+from oio.sweep.sheet import columns
 from oio.sweep.worst import worst
 
 WORST = 20
@@ -25,23 +26,25 @@ def sweep_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
     outcomes = manifest.outcomes()
     rows = records(outcomes)
     drawn = _drawings(rows)
-    figures = "".join(figure(one.name, one.svg(), one.caption) for one in drawn)
+    figures = f'<div class="figures">{"".join(figure(one.name, one.svg(), one.caption) for one in drawn)}</div>'
     parts = [
         Part("errors", "Errors", figures + _groups(rows)), _criteria(outcomes), _worst(folder, rows),
         Part("provenance", "Provenance", _provenance(manifest)),
     ]  # fmt: skip
-    return page(f"OIO report: sweep of {len(rows)} runs", _lead(rows), parts), drawn
+    return page(f"OIO report: sweep of {len(rows)} runs", _lead(rows, outcomes), parts), drawn
 
 
-def _lead(rows: Sequence[Record]) -> str:
+def _lead(rows: Sequence[Record], outcomes: Sequence[Outcome]) -> str:
     done = [row for row in rows if row["state"] == "done"]
     words, scored = Counter(row.get("verdict") for row in done), Counter(row.get("scored.word") for row in done)
     counts = " ".join(f"{badge(word)} {words[word]}" for word in ("PASS", "WARN", "FAIL"))
     kind = "fail" if not done or len(done) < len(rows) else "pass" if words["PASS"] == len(done) else "warn"
     said = [f"{len(done)} of {len(rows)} runs are done."]
+    outside = [f"{name} ({count['WARN'] + count['FAIL']})" for name, count in _judged(outcomes).items() if count["WARN"] + count["FAIL"]]
+    said += [f"Criteria outside of their limits, with the number of runs: {', '.join(outside)}."] if outside else []
     if scored["WRONG"] or scored["RIGHT"]:
         sure = sum(1 for row in done if row.get("verdict") == "PASS" and row.get("scored.word") == "WRONG")
-        said.append(f"Against the truth (simulation only): {scored['RIGHT']} right, {scored['WRONG']} wrong, {sure} of them with a PASS.")
+        said.append(f"Against the truth (simulation only): {scored['RIGHT']} right, {scored['WRONG']} wrong, {sure} of these with a PASS.")
     return f'<div class="lead {kind}"><p class="word">{counts}</p>{"".join(map(paragraph, said))}</div>'
 
 
@@ -50,18 +53,19 @@ def _drawings(rows: Sequence[Record]) -> list[Drawing]:
     places = [row for row in done if row.get("calibrated.source_error_m") is not None]
     keys = list(dict.fromkeys((str(r["sensor"]), str(r["dof"]), str(r.get("air"))) for r in places))
     medians = {key: 1e3 * float(np.median([error_of(r) for r in places if _cell(r) == key])) for key in keys}
-    wide = max(5.0, 0.8 + 2.4 * len({key[2] for key in keys}))
+    panels = -(-len({key[2] for key in keys}) // PANELS)  # rows of them
     by = usual_keys(rows)
     groups = [_group(row, by, places or done) for row in group_table(places or done, by)] if done else []
     unit = "mm" if places else "deg"
     tall = 1.6 + 0.28 * min(len(groups), 40)
     return [
         Drawing(
-            "heat_map", (wide, 1.4 + 0.45 * len({k[0] for k in keys})), "Median source error in mm by sensor, DoF and air.",
+            "heat_map", (WIDE_IN, 0.6 + max(panels, 1) * (1.0 + 0.4 * len({k[0] for k in keys}))),
+            "Median source error in mm by sensor, DoF and air; dark is far off.",
             lambda f: heat_map(f, medians),
         ),
         Drawing(
-            "distributions", (9.0, tall), "Error of each run by group, medians with 95 % bootstrap intervals, and the cold start.",
+            "distributions", (WIDE_IN, tall), "Error of each run by group, medians with 95 % bootstrap intervals, and the cold start.",
             lambda f: distributions(f, groups, unit),
         ),
     ]  # fmt: skip
@@ -75,30 +79,36 @@ def _group(row: dict[str, Any], by: Sequence[str], scored: Sequence[Record]) -> 
     members = [r for r in scored if all(str(r.get(key, "")) == row[key] for key in by)]
     factor = 1e3 if members and members[0].get("calibrated.source_error_m") is not None else 1.0
     calibrated, cold = (factor * np.array([error_of(r, which) for r in members], dtype=float) for which in ("calibrated", "cold"))
-    return ", ".join(row[key] for key in by), calibrated, cold, row
+    return ", ".join(f"{row[key]} DoF" if key == "dof" else row[key] for key in by), calibrated, cold, row
 
 
 def _groups(rows: Sequence[Record]) -> str:
     found = group_table(rows, None)
-    heads = columns(found)
-    body = [[text(row.get(head), 3) for head in heads] for row in found]
-    meaning = "; ".join(f"{head}: {what}" for head, what in HEADS.items())
-    return table("Groups of runs; intervals are 95 % bootstrap intervals", heads, body) + paragraph(meaning + ".", "note")
+    heads = [head for head in columns(found) if not head.endswith(("_low", "_high"))]
+    body = [[cell(row, head) for head in heads] for row in found]
+    meanings = "".join(f"<dt>{escaped(head)}</dt><dd>{escaped(what)}</dd>" for head, what in HEADS.items())
+    shown = table("Groups of runs; intervals are 95 % bootstrap intervals", heads, body, cards=True)
+    return f"{shown}<details><summary>What the columns mean</summary><dl>{meanings}</dl></details>"
 
 
 def _criteria(outcomes: Sequence[Outcome]) -> Part:
     """How often each criterion warned and failed."""
-    counts: dict[str, Counter[str]] = {}
-    for outcome in outcomes:
-        for c in (outcome.summary or {}).get("criteria") or []:
-            counts.setdefault(c["name"], Counter())[c["word"]] += 1
-    rows = [(name, *(str(count[word]) for word in ("PASS", "WARN", "FAIL"))) for name, count in counts.items()]
+    rows = [(name, *(str(count[word]) for word in ("PASS", "WARN", "FAIL"))) for name, count in _judged(outcomes).items()]
     content = (
         table("Runs by verdict of each criterion", ("criterion", "PASS", "WARN", "FAIL"), rows)
         if rows
         else paragraph("Nothing was judged.")
     )
     return Part("criteria", "Criteria", content)
+
+
+def _judged(outcomes: Sequence[Outcome]) -> dict[str, Counter[str]]:
+    """How many runs have each word, by criterion."""
+    counts: dict[str, Counter[str]] = {}
+    for outcome in outcomes:
+        for c in (outcome.summary or {}).get("criteria") or []:
+            counts.setdefault(c["name"], Counter())[c["word"]] += 1
+    return counts
 
 
 def _worst(folder: Path, rows: Sequence[Record]) -> Part:

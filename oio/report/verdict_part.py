@@ -4,19 +4,22 @@ import importlib
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+import numpy as np
 import yaml
 
 from oio.core.folders import CONF
+from oio.inference.metrics import bearing
 from oio.report.material import Material
 from oio.report.origin import is_recorded, origin
-from oio.report.page import Part, badge, bullets, escaped, paragraph, table
+from oio.report.page import NOTHING, Part, badge, bullets, escaped, paragraph, table
 
 MEANING = {
     "PASS": "It can be trusted: every criterion is within its limits.",
     "WARN": "Use it with care: nothing contradicts it, but something is outside of its limits.",
-    "FAIL": "Do not trust it: something contradicts it.",
+    "FAIL": "Do not trust it: something contradicts it, or the readings tell too little.",
 }
 ORDER = ("FAIL", "WARN")
+POSITION_DOF = 3  # with fewer joints a source of unknown strength has no position
 
 
 def lead(material: Material) -> str:
@@ -43,12 +46,27 @@ def answer(material: Material) -> str:
         return "No position was found: " + (
             "the readings leave the source anywhere." if sd is None else f"the readings leave it to \N{PLUS-MINUS SIGN} {1e3 * sd:.0f} mm."
         )
-    at = ", ".join(f"{1e3 * v:.0f}" for v in place)
     said = "declared" if outcome.get("found") else "not declared: its position is unverified"
     others = len(outcome.get("other_places") or [])
-    more = f" {others} other places explain the readings as well." if others else ""
+    more = f" {others} other {'place explains' if others == 1 else 'places explain'} the readings as well." if others else ""
+    if 0 < material.story.dof < POSITION_DOF and material.story.left:
+        return f"{_bearing(material)}; {said}, after {outcome['moves']} moves and {outcome['time_s']:.0f} s.{more}"
+    at = ", ".join(f"{1e3 * v:.0f}" for v in place)
     where = f"({at}) mm in the arm's base frame, \N{PLUS-MINUS SIGN} {1e3 * sd:.0f} mm (one standard deviation of all axes together)"
     return f"The source is at {where}; {said}, after {outcome['moves']} moves and {outcome['time_s']:.0f} s.{more}"
+
+
+def _bearing(material: Material) -> str:
+    """The direction of the source from the first joint: with one joint or two no distance can be found."""
+    story = material.story
+    mean, cov = story.left[0]
+    angles, jacobian = bearing(mean - story.shoulder_m)
+    sd = np.degrees(np.sqrt(np.diag(jacobian @ cov @ jacobian.T)))
+    told = [
+        f"{name} {np.degrees(angles[i]):.1f} \N{PLUS-MINUS SIGN} {sd[i]:.1f} deg"
+        for i, name in enumerate(("azimuth", "elevation")[: story.dof])
+    ]
+    return f"Only the direction of the source can be found with {story.dof} DoF: {', '.join(told)}, from the first joint of the arm"
 
 
 def actions(material: Material) -> list[str]:
@@ -84,7 +102,7 @@ def explained(names: Iterable[str]) -> Iterator[tuple[str, str]]:
 def criteria_part(material: Material) -> Part:
     """Return the table of all criteria."""
     criteria = material.summary.get("criteria") or []
-    rows = [(c["name"], c["about"], badge(c["word"]), c["found"], c["allowed"], c["action"] or "nothing") for c in criteria]
+    rows = [(c["name"], c["about"], badge(c["word"]), c["found"], c["allowed"], c["action"] or NOTHING) for c in criteria]
     heads = ("criterion", "about", "verdict", "found", "passes", "what to do")
     meanings = "".join(f"<dt>{escaped(name)}</dt><dd>{escaped(text)}</dd>" for name, text in explained(c["name"] for c in criteria))
     note = f"<details><summary>What the criteria mean</summary><dl>{meanings}</dl></details>"

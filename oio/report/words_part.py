@@ -7,6 +7,8 @@ WORDS = {
     "bout": "a rise of the signal that the bout rule takes for gas: the nose comes nearer",
     "DoF": "degrees of freedom: how many joints of the arm move",
     "element": "one of the gas sensors of a pair that are read in turn",
+    "cold start": "the same filter without calibration: it takes the numbers of the data sheet and usual air for exact; "
+    "open: it starts as unsure of them as the calibration did",
     "encoders alone": "where the nose would be if the joint angles were exact; they drift",
     "range law": "how the mean concentration falls with distance from a source, and how wind bends it",
     "thinning": "faster fall with distance of a plume that is young, or is lost to the room",
@@ -15,7 +17,7 @@ WORDS = {
     "NEES": "squared error over its variance: about 3 for a place if the covariance is right, above 7.8 in one run of twenty",
     "Q and R": "how much the filter lets its state wander, and how much noise it expects of a reading",
     "residuals": "what the last map leaves unexplained of the readings, in units of the expected noise",
-    "u, and +-": "standard uncertainty: one standard deviation; of a place, of all three axes together",
+    "u, and \N{PLUS-MINUS SIGN}": "standard uncertainty: one standard deviation; of a place, of all three axes together",
     "Cramer-Rao bound": "the error that no method can beat on average with these readings",
 }
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from oio.core.errors import BadInput
-from oio.core.records import Belief, GasReading, Innovation, seconds
-from oio.log import read_attachment, read_beliefs, read_innovations, read_readings
+from oio.core.records import Belief, FilterEstimate, GasReading, Innovation, seconds
+from oio.log import read_attachment, read_beliefs, read_filter_estimates, read_innovations, read_readings
 
 CALIBRATION, SUMMARY = "calibration.yaml", "summary.json"
 NOT_COMPARED = ("wall_s", "reproducible")  # of the computer and its tree, not of the estimates
@@ -33,16 +33,20 @@ def compare(before: Path, now: Path, replayed: bool) -> list[Compared]:
         _records("readings", before, now, read_readings, _reading_bits),
         _records("beliefs", before, now, read_beliefs, _belief_bits),
         _records("innovations", before, now, read_innovations, _innovation_bits),
+        _records("cold starts", before, now, read_filter_estimates, _estimate_bits, lacking=True),
         _texts(CALIBRATION, _calibration(before), _calibration(now)),
         _texts(SUMMARY, _summary(before, replayed), _summary(now, replayed)),
     ]
 
 
 def _records(
-    what: str, before: Path, now: Path, read: Callable[[Path], Iterator[Any]], bits: Callable[[Any], bytes]
+    what: str, before: Path, now: Path, read: Callable[[Path], Iterator[Any]], bits: Callable[[Any], bytes], lacking: bool = False
 ) -> Compared:  # fmt: skip
+    """Compare record by record; `lacking`: logs of earlier versions may have none."""
     count = 0
     for old, new in zip_longest(read(before), read(now)):
+        if count == 0 and lacking and (old is None or new is None):
+            return Compared(what, None, f"only {'now' if old is None else 'before'}")
         if old is None or new is None:
             return Compared(what, False, f"one run has more than {count}")
         if bits(old) != bits(new):
@@ -57,6 +61,11 @@ def _reading_bits(reading: GasReading) -> bytes:
 
 def _belief_bits(belief: Belief) -> bytes:
     return b"".join((str(belief.t_ns).encode(), b" ", belief.mean.tobytes(), belief.cov.tobytes()))
+
+
+def _estimate_bits(one: FilterEstimate) -> bytes:
+    numbers = np.concatenate([a.ravel() for a in (one.nose_m, one.nose_cov, one.source_m, one.source_cov)])
+    return str((one.t_ns, one.variant)).encode() + numbers.tobytes()
 
 
 def _innovation_bits(one: Innovation) -> bytes:

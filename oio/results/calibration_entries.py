@@ -4,7 +4,6 @@ The file is data: plain YAML, nothing in it is built or evaluated. Sections that
 """
 
 import contextlib
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 from oio.core.errors import BadInput
 from oio.log import read_attachment, read_metadata
 from oio.results.calibration_fit import SCHEMA
+from oio.results.quantity import Quantity, read_quantity, shown
 from oio.results.yaml_fields import plain_yaml
 
 SECTIONS = ("sensor", "range_law", "arm", "type_a", "type_b")  # in which every mapping with a value is a quantity
@@ -22,20 +22,8 @@ QUANTITIES = frozenset((
     "baseline", "gain", "R_white", "tau_rise", "tau_fall", "delay", "error",
     "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "offset", "drift", "u_a", "rms",
 ))  # fmt: skip
-_LARGEST = 1e100  # its square is finite, too
 _LOOKS_LIKE_ONE = frozenset(("value", "u", "unit"))
 _EXAMPLE = "Give the calibration.yaml of a run, or its folder, e.g. outputs/2026-01-31/12-00-00."
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """One quantity: value and standard uncertainty u >= 0 in `unit`; dof: degrees of freedom of u, infinite where u is taken as known."""
-
-    key: str
-    value: float
-    u: float
-    unit: str
-    dof: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,13 +92,13 @@ def _document(text: str, name: str) -> dict[str, Any]:
         raise BadInput(f"{name} has schema {given}, but a calibration has schema {SCHEMA}. {_EXAMPLE}")
     for section in REQUIRED:
         if not isinstance(document.get(section), dict) or not document[section]:
-            raise BadInput(f"{name}: section '{section}' is {_shown(document.get(section))}, but it must hold quantities. {_EXAMPLE}")
+            raise BadInput(f"{name}: section '{section}' is {shown(document.get(section))}, but it must hold quantities. {_EXAMPLE}")
     return document
 
 
 def _quantities(node: object, key: str, name: str) -> Iterator[Quantity]:
     if isinstance(node, dict) and (_LOOKS_LIKE_ONE & node.keys() or key.rsplit(".", 1)[-1] in QUANTITIES):
-        yield _quantity(node, key, name)
+        yield read_quantity(node, key, name)
     elif isinstance(node, dict):
         for inner, below in node.items():
             yield from _quantities(below, f"{key}.{inner}", name)
@@ -118,29 +106,7 @@ def _quantities(node: object, key: str, name: str) -> Iterator[Quantity]:
         for rung in node:
             yield from _quantities(rung, f"{key}.rung_{rung.get('rung')}" if isinstance(rung, dict) else key, name)
     elif key.rsplit(".", 1)[-1] in QUANTITIES:
-        raise BadInput(f"{name}: {key} is {_shown(node)}, but a quantity has value, u and unit, e.g. {{value: 1.2, u: 0.1, unit: ppm}}.")
-
-
-def _quantity(node: Mapping[str, Any], key: str, name: str) -> Quantity:
-    unit = node.get("unit")
-    if not isinstance(unit, str) or not unit:
-        raise BadInput(f"{name}: {key}.unit is {_shown(unit)}, but a quantity has a unit as text, e.g. ppm, or '1' for a plain number.")
-    u, dof = _number(node.get("u"), f"{key}.u", name, "0 or more"), node.get("dof")
-    known = math.inf if dof is None else _number(dof, f"{key}.dof", name, "0 or more, or null if u is taken as known")
-    return Quantity(key, _number(node.get("value"), f"{key}.value", name, ""), u, unit, known)
-
-
-def _number(given: object, key: str, name: str, bound: str) -> float:
-    """A finite number; with a `bound` in words it is also not negative."""
-    allowed = f"a finite number{', ' if bound else ''}{bound}"
-    number = given if isinstance(given, int | float) and not isinstance(given, bool) else math.nan
-    if not -_LARGEST <= number <= _LARGEST or (bound and number < 0):
-        raise BadInput(f"{name}: {key} is {_shown(given)}, but it must be {allowed}.")
-    return float(number)
-
-
-def _shown(given: object) -> str:
-    return "missing" if given is None else f"{given!r:.60}"
+        raise BadInput(f"{name}: {key} is {shown(node)}, but a quantity has value, u and unit, e.g. {{value: 1.2, u: 0.1, unit: ppm}}.")
 
 
 def _facts(document: Mapping[str, Any]) -> dict[str, str]:

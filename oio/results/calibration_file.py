@@ -7,13 +7,12 @@ import numpy as np
 import yaml
 
 from oio.core.records import Array
-from oio.inference.model_selection import law_form
 from oio.inference.uncertainty import Noise
 from oio.results.calibration import BaselineResult, BoutCalibration, Calibration, MapCalibration
 from oio.results.calibration_fit import SCHEMA, fit_entries
+from oio.results.calibration_quantities import Entry, arm_entries, entry, range_law_entries, sensor_entries
 from oio.results.criteria.judgement import Verdict
 
-Entry = dict[str, object]
 BASELINE_SCHEMA = "oio.results.baseline/1"
 
 
@@ -29,9 +28,9 @@ def calibration_yaml(
     document = {
         "schema": SCHEMA,
         "made": made,
-        "sensor": _sensor(calibration, found),
-        "range_law": _range_law(found),
-        "arm": _arm(calibration, found),
+        "sensor": sensor_entries(calibration, found),
+        "range_law": range_law_entries(calibration, found),
+        "arm": arm_entries(calibration, found),
         "type_a": [_rung(rung) for rung in bouts.rungs],
         "type_b": _type_b(found),
         "filter": _filter(calibration, t_ns),
@@ -60,62 +59,6 @@ def baseline_yaml(base: BaselineResult, verdict: Verdict, holds_for: Mapping[str
 
 def _verdict(verdict: Verdict) -> Entry:
     return {"overall": verdict.word, "reasons": list(verdict.reasons), "criteria": [asdict(j) for j in verdict.judgements]}
-
-
-def entry(value: float, u: float, unit: str, dof: float | None, method: str) -> Entry:
-    """One quantity with its uncertainty. dof None: infinitely many degrees of freedom, the uncertainty is taken as known."""
-    return {"value": float(value), "u": float(u), "unit": unit, "dof": None if dof is None else round(float(dof), 1), "method": method}
-
-
-def _sensor(calibration: Calibration, found: MapCalibration) -> Entry:
-    lay, mean, sd, n = found.fit.layout, found.fit.mean, np.sqrt(np.diag(found.fit.cov)), _dof(found)
-    model = calibration.chosen.model
-    noise = found.fit.fluctuation
-    elements = {}
-    for e, baseline in enumerate(calibration.baselines):
-        gain = float(np.exp(mean[lay.gain][e]))
-        r = noise.scale * model.sigma_ppm**2
-        elements[f"element_{e}"] = {
-            "baseline": entry(baseline.ppm, baseline.u_ppm, "ppm", baseline.n_effective - 1, "A"),
-            "gain": entry(gain, gain * sd[lay.gain][e], "1", n, "A" if e else "B"),  # element 0 has unit gain by definition
-            "R_white": entry(r, r * np.sqrt(2 / max(baseline.n - 1, 1)), "ppm^2", baseline.n - 1, "A"),
-        }
-    rise, fall, u = model.rise_s, model.fall_s, sd[lay.tau]
-    return {
-        **elements,
-        "tau_rise": entry(rise, rise * u, "s", n, "A"),
-        "tau_fall": entry(fall, fall * u, "s", n, "A"),
-        "delay": entry(found.delay.s, found.delay.u_s, "s", n, "A" if found.delay.u_s else "B"),
-        "error": entry(calibration.error_ppm, calibration.error_ppm / np.sqrt(2 * max(n, 1)), "ppm", n, "A"),
-    }
-
-
-def _range_law(found: MapCalibration) -> Entry:
-    fit, n = found.fit, _dof(found)
-    lay, mean, sd = fit.layout, fit.mean, np.sqrt(np.diag(fit.cov))
-    names = zip(("wind_x", "wind_y", "wind_z"), mean[lay.wind], sd[lay.wind], strict=True)
-    return {
-        "air": law_form(fit),
-        "ln_strength": entry(mean[lay.strength], sd[lay.strength], "ln(ppm)", n, "A"),
-        "exponent": entry(mean[lay.exponent], sd[lay.exponent], "1", n, "A"),
-        **{name: entry(value, u, "1/m", n, "A") for name, value, u in names},
-        "thinning": entry(mean[lay.thinning], sd[lay.thinning], "1/m", n, "A"),
-        "gamma": entry(fit.fluctuation.gamma, fit.fluctuation.gamma / np.sqrt(2 * max(n, 1)), "1", n, "A"),
-        "eddy": entry(fit.fluctuation.t_s, fit.fluctuation.t_s / np.sqrt(max(n, 1)), "s", n, "A"),
-    }
-
-
-def _arm(calibration: Calibration, found: MapCalibration) -> Entry:
-    fit, n = found.fit, _dof(found)
-    lay, mean, sd = fit.layout, np.degrees(fit.mean), np.degrees(np.sqrt(np.diag(fit.cov)))
-    out: Entry = {}
-    for j, name in enumerate(calibration.chosen.model.arm.names):
-        offset, drift = lay.offset.start + j, lay.drift.start + j
-        out[name] = {
-            "offset": entry(mean[offset], sd[offset], "deg", n, "A"),
-            "drift": entry(mean[drift], sd[drift], "deg/s^2", n, "A"),
-        }
-    return out
 
 
 def _rung(rung: object) -> Entry:
@@ -154,7 +97,3 @@ def _filter(calibration: Calibration, t_ns: int) -> Entry:
 
 def _matrix(a: Array) -> list[list[float]]:
     return [[float(v) for v in row] for row in a]
-
-
-def _dof(found: MapCalibration) -> float:
-    return max(found.fit.readings - found.fit.layout.size, 1)

@@ -12,6 +12,7 @@ from oio.inference.map_fit import CALIBRATED, Fit
 from oio.inference.metrics import SourceScore, rms, score_source
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Navigation
+from oio.results.estimate_recorder import EstimateRecorder
 from oio.results.evaluation import Outcome, Place
 from oio.search.stop_rule import StopRule
 
@@ -40,7 +41,10 @@ class Variant:
 class Rescoring:
     """Re-runs variants: maps at the times of the search (or the last map only), stop rule evaluated at the end of every move."""
 
-    def __init__(self, variants: dict[str, Variant], sensor: Sensor, search: Navigation, stop: StopRule) -> None:
+    def __init__(
+        self, variants: dict[str, Variant], sensor: Sensor, search: Navigation, stop: StopRule, recorder: EstimateRecorder | None = None
+    ) -> None:
+        self._recorder = recorder or EstimateRecorder()
         self.variants, self._sensor, self._search, self._stop = variants, sensor, search, stop
         self._pending_ns = sorted({*search.maps_ns, *search.move_ends_ns})
         self._joints: JointState | None = None
@@ -64,6 +68,8 @@ class Rescoring:
             self._joints = sample
             for variant in self.variants.values():
                 variant.odometry.joints(sample)
+            if self.truth is None:
+                self._record(sample)
         elif isinstance(sample, GasSample):
             reading = self._sensor.reading(sample)
             for variant in self.variants.values():
@@ -73,11 +79,13 @@ class Rescoring:
 
     def _move_ended(self, t_ns: int) -> None:
         moves_done = sum(end <= t_ns for end in self._search.move_ends_ns)
-        for variant in self.variants.values():
+        for name, variant in self.variants.items():
             if t_ns in (self._search.maps_ns[-1:] if variant.last_map else self._search.maps_ns):
                 variant.filtered = variant.odometry.source()
                 hypotheses = self._search.maps[self._search.maps_ns.index(t_ns)]
                 variant.odometry.locate(moves_done, hypotheses if variant.searched else ())
+                if self._joints is not None:
+                    self._recorder.add(self._joints.t_ns, name, variant.odometry, mapped=True)
             if variant.searched:
                 variant.declared_ns = self._search.ended_ns if self._search.declared else None
             elif variant.declared_ns is None and self._stop.may_declare(variant.odometry, self._search.made[:moves_done]):
@@ -90,10 +98,15 @@ class Rescoring:
         arm = next(iter(self.variants.values())).odometry.prior.model.arm
         if all(variant.odometry.belief is not None for variant in self.variants.values() if not variant.last_map):
             self._dead_reckoning_errors_m.append(float(np.linalg.norm(arm.nose(self._joints.q) - truth.nose_m)))
+        self._record(self._joints)  # at a stamp of the truth, so that it can be scored from the log
         for variant in self.variants.values():
             nose = variant.odometry.nose()
             if nose is not None:
                 variant.nose_errors_m.append(float(np.linalg.norm(nose[0] - truth.nose_m)))
+
+    def _record(self, joints: JointState) -> None:
+        for name, variant in self.variants.items():
+            self._recorder.add(joints.t_ns, name, variant.odometry)
 
     @property
     def dead_reckoning_m(self) -> float | None:

@@ -8,7 +8,7 @@ from oio.core.errors import BadInput
 from oio.core.records import SECOND_NS, GasSample
 from oio.export.robot_localization import STATES, velocity_walk, write_robot_localization
 from oio.export.run_record import ESTIMATE, read_run_record
-from oio.figures.run_history import TrackOverTime
+from oio.figures.track import TrackOverTime
 
 X, V = slice(0, 3), slice(6, 9)
 

@@ -11,9 +11,10 @@ from matplotlib.image import imread
 
 from oio.core.records import SECOND_NS, Array, Belief, Event, GasReading, JointState, Truth
 from oio.figures.__main__ import main
-from oio.figures.geometry import ellipse, limits, rows, source_errors
-from oio.figures.run_history import RunHistory, TrackOverTime, read_run_history
+from oio.figures.geometry import ellipse, limits, radii_95, rows, source_errors
+from oio.figures.run_history import RunHistory, read_run_history
 from oio.figures.titles import ending, headline
+from oio.figures.track import TrackOverTime
 from oio.log import RunLog, read_hypotheses, read_odometry, read_readings, read_stages, read_states
 
 ARM = b"""<mujoco><worldbody><body name="b"><body pos="0.1 0 0"><joint name="turn" axis="0 0 1"/>
@@ -179,13 +180,21 @@ def story_of(source_m: Array, believed_m: Array, cov: Array, dof: int) -> RunHis
 
 def test_errors_of_the_source() -> None:
     source, cov = np.array([1.0, 0.0, 0.0]), np.diag([0.01, 0.04, 0.04])
-    error, two_sigma, unit = source_errors(story_of(source, source + np.array([0, 0.003, 0.004]), cov, 5))
-    np.testing.assert_allclose((error[0], two_sigma[0]), (5.0, 600.0))
+    story = story_of(source, source + np.array([0, 0.003, 0.004]), cov, 5)
+    error, bound, unit = source_errors(story, story.source)
+    np.testing.assert_allclose((error[0], bound[0]), (5.0, 1e3 * radii_95(cov[None])[0]))
     assert unit == "mm"
     far = 7 * np.array([np.cos(0.2), np.sin(0.2), 0.0])  # how far it is believed to be does not count with one joint
-    error, two_sigma, unit = source_errors(story_of(source, far, 0.04 * np.eye(3), 1))
-    np.testing.assert_allclose((error[0], two_sigma[0]), (np.degrees(0.2), np.degrees(2 * 0.2 / 7)))
+    story = story_of(source, far, 0.04 * np.eye(3), 1)
+    error, bound, unit = source_errors(story, story.source)
+    np.testing.assert_allclose((error[0], bound[0]), (np.degrees(0.2), np.degrees(1.96 * 0.2 / 7)), rtol=0.015)
     assert unit == "deg"
+
+
+@pytest.mark.parametrize("sds", [(1.0, 1.0, 1.0), (1.0, 0.5, 0.1), (1.0, 0.01, 0.01), (2.0, 1.0), (3.0,)])
+def test_95_percent_of_errors_are_shorter_than_the_radius(sds: tuple[float, ...]) -> None:
+    errors = np.random.default_rng(1).standard_normal((200_000, len(sds))) * sds
+    assert np.mean(np.linalg.norm(errors, axis=1) < radii_95(np.diag(np.square(sds))[None])[0]) == pytest.approx(0.95, abs=0.004)
 
 
 def test_the_ellipse_holds_95_percent() -> None:
@@ -212,6 +221,7 @@ def test_labels_that_would_overlap_go_to_another_row() -> None:
 
 def test_words() -> None:
     assert headline({"sensor": "ec", "dof": "5", "seed": "7"}, {}) == "sensor ec, 5 DoF, seed 7"
+    assert headline({"sensor": "ec", "air": "still", "backend": "recording"}, {"seed": 0}) == "sensor ec, backend recording"
     assert headline({"sensor": "ec"}, {"dof": 3, "air": "draft", "seed": None}) == "sensor ec, 3 DoF, air draft"
     found = {"cold": {"source_error_m": 0.0853}, "calibrated": {"source_error_m": 0.0121}}
     assert ending(found) == "source error: cold start 85.3 mm → calibrated 12.1 mm"

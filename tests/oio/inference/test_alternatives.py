@@ -8,6 +8,7 @@ import pytest
 from oio.core.errors import BadInput
 from oio.gas.source_shape import CORNER, LINE, RING, TWO, WALL
 from oio.inference import belief_map
+from oio.inference.alternative_starts import _two_strengths
 from oio.inference.alternatives import WORLDS, extend, of_shape
 from oio.inference.law_extension import LawExtension
 from oio.inference.map_fit import CALIBRATED, solve
@@ -34,6 +35,13 @@ def test_every_world_is_in_the_defaults_and_made(lab, maps):
         for start in alternative.starts:
             assert start.shape == (alternative.problem.layout.size,) and np.all(np.isfinite(start))
         np.linalg.cholesky(alternative.problem.cov)  # a proper prior
+
+
+def test_sources_that_no_reading_feels_have_the_least_strengths():
+    """In a room of metres a start may lie where the field of either source is zero at every reading."""
+    z, weight = np.array([1.0, -2.0]), np.array([1.0, 0.5])
+    factors, cost = _two_strengths(np.zeros(2), np.zeros(2), z, weight)
+    assert factors.tolist() == [1e-3, 1e-3] and cost == 3.0
 
 
 def test_an_unknown_world_is_refused(maps):

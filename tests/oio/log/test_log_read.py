@@ -16,8 +16,19 @@ from hypothesis import strategies as st
 from mcap.writer import Writer
 
 from oio.core.errors import BadInput
-from oio.core.records import SECOND_NS, Belief, Event, GasSample, Innovation, JointState, Truth, WorldSample
-from oio.log import RunLog, read_attachment, read_beliefs, read_end, read_innovations, read_metadata, read_samples
+from oio.core.records import SECOND_NS, Belief, Event, FilterEstimate, GasSample, Innovation, JointState, Truth, WorldSample
+from oio.log import (
+    RunLog,
+    read_attachment,
+    read_beliefs,
+    read_end,
+    read_filter_estimates,
+    read_innovations,
+    read_metadata,
+    read_odometry,
+    read_run,
+    read_samples,
+)
 
 GIVE = "Give the log of an OIO run, e.g. outputs/2026-01-31/12-00-00/run.mcap."
 ODD = [-0.0, 5e-324, -2.2250738585072009e-308, math.inf, -math.inf, math.nan, 1.7976931348623157e308, 0.1 + 0.2]
@@ -98,6 +109,19 @@ def test_beliefs_are_thinned_to_a_rate_anew_in_every_stage(tmp_path: Path) -> No
             for each in belief[13:]:
                 log.estimate(each, ("a",), ("m",), 0.5)
     assert [int(b.mean[0]) for b in read_beliefs(path)] == [0, 5, 10, 12, 13, 18]
+
+
+def test_estimates_of_other_filters_come_back_bit_for_bit_and_are_no_odometry(tmp_path: Path) -> None:
+    """They are written at the end, of times long past, and mix with nothing that the run's own filter wrote."""
+    path, cov = tmp_path / "run.mcap", np.array([[2.0, 0.1, 0.2], [0.1, 1.0, 1 / 3], [0.2, 1 / 3, 3.0]])
+    made = [FilterEstimate(t_ns, "cold", [0.1, t_ns, -0.0], cov, [math.pi, 0.0, 5e-324], 2 * cov) for t_ns in (7, SECOND_NS)]
+    with create(path) as log:
+        log.write(GasSample(2 * SECOND_NS, 0, 1.0))
+        for one in made:
+            log.filter_estimate(one)
+    assert [bits(one) for one in read_filter_estimates(path)] == [bits(one) for one in made]
+    assert [bits(one) for one in read_run(path).others] == [bits(one) for one in made]
+    assert (list(read_odometry(path)), list(read_beliefs(path)), read_end(path)) == ([], [], 2 * SECOND_NS)
 
 
 def test_a_window_is_open_below_and_closed_above(tmp_path: Path) -> None:
