@@ -9,23 +9,29 @@ from numpy.typing import ArrayLike
 from oio.api import array_input
 from oio.api.calibration import Calibration
 from oio.api.calibration_file import calibration_of
+from oio.api.clean_air import baselines_of, columns
 from oio.api.location import fitting
 from oio.api.path_stream import stream
 from oio.api.samples import JointPath, Readings
 from oio.api.setup import Setup
 from oio.core.errors import BadInput
 from oio.core.records import Array, GasReading, nanoseconds, seconds
-from oio.gas.bouts import Bout, ElementBaseline, element_baseline
+from oio.gas.bouts import Bout, ElementBaseline
+from oio.gas.detection_rule import DetectionRule, Detector
+from oio.gas.exposures import exposures
+from oio.gas.signal_range import highest_signals
 from oio.gas.timing import shift_path
+from oio.gas.trace import Sniffs
 from oio.inference.beacon_repeats import BeaconSurvey
 from oio.inference.prior import calibrated_prior, cold_prior
+from oio.inference.rise_and_fall import rise_and_fall
 from oio.inference.uncertainty import TypeA, assemble_q_r, type_a_of_bouts, type_b_of_repeats
+from oio.kinematics.arm import Arm
 from oio.results import calibration as results
 from oio.results.calibration_file import calibration_yaml
 from oio.results.verdict import judge
 from oio.runtime.gas_stream import GasStream, StreamGaps
 
-PRIOR_READINGS = 10  # the data sheet's noise counts as this many readings
 PER_REPEAT, REPEATS = 5, 5  # measurements of a repeat, and repeats where nobody told when the nose stood still
 
 
@@ -49,7 +55,7 @@ def calibrate(
         )
     ends_s = _ends(measurement_ends_s, lit)
     air, gas = (readings.between(*span).records(setup.nose, nominal.sigma_ppm) for span in (clean, lit))
-    baselines, noise_scale = _baselines(air, setup)
+    baselines, noise_scale = baselines_of(air, setup)
     place = array_input.vector("beacon_m", beacon_m, 3), float(array_input.vector("beacon_u_m", [beacon_u_m])[0])
     offsets = np.array([b.ppm for b in baselines]), np.array([b.u_ppm for b in baselines])
     known = setup.part("range_law"), setup.part("process_noise"), setup.part("belief_map"), nominal
@@ -65,10 +71,27 @@ def calibrate(
     type_b, rung = type_b_of_repeats(*misses, tuple(r.moves for r in repeats)), _type_a(gas, baselines, setup, len(ends_s) - 1)
     error_ppm = float(np.hypot(rung.u_a_effective_ppm, np.linalg.norm(offsets[1]) / len(baselines)))
     gaps, box_sd_m = _gaps(gas), arm.box_sd_m
-    found = results.MapCalibration(fit, repeats, type_b, nanoseconds(lit[1]), error_ppm, len(ends_s) - 1, delay, gaps, box_sd_m)
+    sensed, lags = trace.as_arrays(), rise_and_fall(survey.problem(sniffs), fit)
+    fired = exposures(_detector(baselines, setup), sensed, ends_s, _near(sensed, setup.robot, place[0], ends_s))
+    found = results.MapCalibration(
+        fit, repeats, type_b, nanoseconds(lit[1]), error_ppm, len(ends_s) - 1, delay, gaps, box_sd_m, lags, fired,
+        highest_signals(sensed, baselines), None,
+    )  # fmt: skip
     base = results.BaselineResult(baselines, noise_scale, nanoseconds(clean[0]))
     text = _text(setup, found, rung, base)
     return calibration_of(text, "the calibration", setup)
+
+
+def _near(sensed: Sniffs, arm: Arm, beacon_m: Array, ends_s: list[float]) -> list[bool]:
+    """Whether the nose was near the beacon at the end of each measurement: within half of its farthest distance."""
+    q = np.array([np.interp(ends_s[1:], sensed.t_s, joint) for joint in sensed.q.T]).T
+    distances = np.linalg.norm(arm.nose(q) - beacon_m, axis=1)
+    return [bool(near) for near in distances <= 0.5 * np.max(distances)]
+
+
+def _detector(baselines: tuple[ElementBaseline, ...], setup: Setup) -> Detector:
+    rule: DetectionRule = setup.part("bout")
+    return rule.detector(rule.window(setup.robot.dof), baselines)
 
 
 def _ends(given: ArrayLike | None, lit: tuple[float, float]) -> list[float]:
@@ -84,33 +107,14 @@ def _ends(given: ArrayLike | None, lit: tuple[float, float]) -> list[float]:
     return [lit[0], *ends.tolist()]
 
 
-def _baselines(air: list[GasReading], setup: Setup) -> tuple[tuple[ElementBaseline, ...], float]:
-    """Baseline of each element, and the variance about a line over that of the data sheet."""
-    sums, dof, made = float(PRIOR_READINGS), float(PRIOR_READINGS), []
-    for e in range(setup.nose.elements):
-        own = [reading for reading in air if reading.element == e]
-        if len(own) < 3:
-            raise BadInput(f"element {e} has {len(own)} readings in clean_air_s, but at least 3 are wanted. Give a longer span.")
-        t_s, ppm = _columns(own)
-        made.append(element_baseline(ppm, float(np.median(np.diff(t_s))), setup.part("nominal").rise_s, own[0].sigma_ppm))
-        residual = ppm - np.polyval(np.polyfit(t_s - t_s[0], ppm, 1), t_s - t_s[0])
-        sums += float(np.sum((residual / own[0].sigma_ppm) ** 2))
-        dof += len(own) - 2
-    return tuple(made), max(sums / dof, 0.1)
-
-
-def _columns(own: list[GasReading]) -> tuple[Array, Array]:
-    return np.array([seconds(r.t_ns) for r in own]), np.array([r.ppm for r in own])
-
-
 def _type_a(gas: list[GasReading], baselines: tuple[ElementBaseline, ...], setup: Setup, moves: int) -> TypeA:
-    rule, dof = setup.part("bout"), setup.robot.dof
-    k = rule.window(dof)
-    detector, steps = rule.detector(k, baselines), list[Bout]()
+    dof = setup.robot.dof
+    k = setup.part("bout").window(dof)
+    detector, steps = _detector(baselines, setup), list[Bout]()
     for reading in gas:
         bout = detector.feed(reading)
         steps += [] if bout is None else [bout]
-    return type_a_of_bouts(dof, k, steps, float(np.median(np.diff(_columns(gas)[0]))), setup.part("nominal").rise_s, moves)
+    return type_a_of_bouts(dof, k, steps, float(np.median(np.diff(columns(gas)[0]))), setup.part("nominal").rise_s, moves)
 
 
 def _gaps(readings: list[GasReading]) -> StreamGaps:
@@ -128,7 +132,7 @@ def _text(setup: Setup, found: results.MapCalibration, rung: TypeA, base: result
     cold, cold_open = (cold_prior(setup.robot, law, walks, nominal, pinned) for pinned in (True, False))
     calibration = results.Calibration(
         chosen, paper, cold, cold_open, noises["gum"], seconds(found.ended_ns - base.began_ns), found.error_ppm, rung.u_a_ppm,
-        found.type_b.u_b_m, found.moves, base.elements,
+        found.type_b.u_b_m, found.moves, base.elements, found.highest_ppm,
     )  # fmt: skip
     verdict = judge({results.BaselineResult: base, results.MapCalibration: found}, setup.part("verdict"))
     held = {"sensor": setup.nose.name, "serial": None, "arm": setup.robot.name, "profile": setup.profile, "air": "unknown"}

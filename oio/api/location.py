@@ -17,7 +17,7 @@ from oio.inference.map_fit import Fit
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
 from oio.results.criteria.judgement import WARN, WORDS, Verdict
-from oio.results.summary import Evaluation, Findings, Outcome, Place, Scored
+from oio.results.evaluation import Evaluation, Findings, Outcome, Place, Scored
 from oio.results.verdict import judge
 
 COLD = "There was no calibration: lag, gain and noise are those of data sheets, and may be off by factors. Calibrate, see oio.calibrate."
@@ -106,7 +106,7 @@ def _judged(odometry: Odometry, setup: Setup) -> Verdict:
         None,
         None,
         None,
-        Findings(best.residuals, unseen, arm.dof, arm.box_sd_m),
+        Findings(best.residuals, unseen, arm.dof, arm.box_sd_m, 0, 0),
         Scored("unknown", ()),
         None,
         0.0,
