@@ -45,8 +45,8 @@ class Nominal:
     background_ppm: Annotated[float, Within(0, 1e6)]
     accuracy_ppm: Annotated[float, Within(0, 1e6)]
     sigma_ppm: Annotated[float, Within(1e-9, 1e6)]
-    gain_u: Annotated[float, Within(1e-3, 10)]
-    tau_u: Annotated[float, Within(1e-3, 5)]
+    gain_u: Annotated[float, Within(1e-6, 10)]
+    tau_u: Annotated[float, Within(1e-6, 5)]
     delay_s: Annotated[float, Within(0, 10)]
     delay_u_s: Annotated[float, Within(0, 10)]  # standard uncertainty; 0: the delay is known, and calibration does not look for it
 
