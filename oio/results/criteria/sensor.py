@@ -47,7 +47,9 @@ class Drift(Criterion):
             f"the Allan deviation has slope {d.slope:+.2f} at tau = {d.tau_s:.3g} s, the longest that {d.span_s:.0f} s of clean air support"
         )
         drifts = f"Still drifting {60.0 * d.drift_per_s:.2g} ppm/min" if d.drift_per_s else "Its offset walks"
-        return Measured(d.slope, "1", found, above=f"{drifts}: leave the sensor on longer before the run, or take its baseline more often.")
+        return Measured(
+            d.slope, "1", found, above=f"{drifts}: leave the sensor on longer, keep the room steady, or take baselines more often."
+        )
 
 
 @settings

@@ -9,6 +9,7 @@ import pytest
 import yaml
 from hydra.utils import instantiate
 
+from oio.core.errors import BadInput
 from oio.core.folders import CONF, ROOT
 from oio.gas.bout_rates import Rate
 from oio.gas.bouts import ElementBaseline
@@ -101,7 +102,7 @@ def loaded(*remarks, highest_ppm=(40.0,)):
 GOOD = (drift(-0.4), baseline(), bouts(), beacon(), loaded(), search(), evaluation())
 CASES = {  # name: results that pass, warn and fail, each with a word of what is said
     "warm_up": [(warm_up(), "+0.10"), (warm_up(-0.5, 0.2), "-0.50 +- 0.20"), (warm_up(1.0, 0.2), "+1.00")],
-    "drift": [(drift(-0.4), "-0.40 at tau = 64 s"), (drift(0.7), "+0.70"), (drift(0.97, 0.01), "+0.97")],
+    "drift": [(drift(-0.4), "-0.40 at tau = 64 s"), (drift(0.7), "+0.70"), (drift(0.998, 0.01), "+1.00")],
     "baseline": [(baseline(2.0), "count as 2.0"), (baseline(1.2), "count as 1.2"), (baseline(1.05), "30 or more are recommended")],
     "noise": [(warm_up(noise=1.1), "1.1 times"), (warm_up(noise=5.0), "element 1 has 5 times"), (warm_up(noise=20.0), "20 times")],
     "clocks": [(beacon(missing=4), "4 of 1000"), (beacon(missing=15), "15 of"), (beacon(missing=30), "silence is 2.0 s")],
@@ -210,7 +211,7 @@ def test_steps_and_drift_say_what_was_not_seen():
     assert "source is too weak" in judgement("steps", beacon(rise_u=0.9, fall_u=0.9)).action
     assert "The rise was not seen" in judgement("steps", beacon(rise_u=0.9)).action
     assert "The fall was not seen" in judgement("steps", beacon(fall_u=0.9)).action
-    assert "Still drifting 0.6 ppm/min" in judgement("drift", drift(0.97, 0.01)).action
+    assert "Still drifting 0.6 ppm/min" in judgement("drift", drift(0.998, 0.01)).action
     assert "Its offset walks" in judgement("drift", drift(0.7)).action
 
 
@@ -261,3 +262,11 @@ def test_the_page_of_the_report_lists_every_criterion_with_what_it_is_about():
     page = (ROOT / "docs" / "how-to" / "report.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(\w+)` \| (calibration|search) \|", page, re.MULTILINE))
     assert rows == {name: criterion.about for name, criterion in STANDARD.criteria.items()}
+
+
+@pytest.mark.parametrize("seen_u", [0.0, 2.0])
+def test_an_uncertainty_that_tells_nothing_apart_is_refused(seen_u):
+    with pytest.raises(BadInput, match=r"Steps\.seen_u"):
+        replace(STANDARD.criteria["steps"], seen_u=seen_u)
+    with pytest.raises(BadInput, match="warns must hold all of passes"):
+        replace(STANDARD.criteria["steps"], warns=(2.5, None))
