@@ -52,7 +52,8 @@ class WarmUp:
             if min(len(w) for w in window) == self._needed:
                 slopes = [_slope_ppm_per_min(w) for w in window]
                 worst = max(slopes, key=lambda pair: abs(pair[0]))
-                recent.append((seconds(context.world.t_ns), worst[0]))
+                if not recent or recent[-1][1] != worst[0]:  # a slow sensor has no new slope in every span
+                    recent.append((seconds(context.world.t_ns), worst[0]))
                 context.log.progress(context.world.t_ns, "slope to vanish", self._in_words(worst, recent))
                 if self._at_rest(window, slopes):
                     settled = self._settled(window, slopes, seconds(context.world.t_ns - began))
@@ -63,7 +64,7 @@ class WarmUp:
         slope, u = worst
         t_s, slopes = np.array(list(recent)).T
         left_s = settling_time(t_s, slopes, max(self.sensor.settled_ppm_per_min, 2.0 * u))
-        return f"{slope:+.2f} +- {u:.2f} ppm/min" + ("" if left_s is None else f", settled in about {left_s:.0f} s")
+        return f"{slope:+.2f} +- {u:.2f} ppm/min" + (f", settled in about {left_s:.0f} s" if left_s else "")
 
     @property
     def _needed(self) -> int:

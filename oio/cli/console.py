@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from oio.cli import terminal
+from oio.cli.hanging_text import print_hanging
 from oio.cli.table_layout import print_table
 from oio.cli.verdict_lines import show_verdict
 
@@ -27,18 +28,18 @@ def show_summary(document: Mapping[str, Any], where: str) -> None:
     calibration = document["calibration"]
     if calibration is not None:
         kept = f" of {calibration['kept']['file']}:" if "kept" in calibration else ""
-        console.print(
-            f"calibration{kept} {calibration['time_s']:.0f} s, {calibration['moves']} moves; u_a {calibration['u_a_ppm']:.3g} ppm, "
-            f"u_b {1e3 * calibration['u_b_m']:.1f} mm, error {calibration['error_ppm']:.3g} ppm"
-        )
+        print_hanging(
+            console, f"calibration{kept} ", f"{calibration['time_s']:.0f} s, {calibration['moves']} moves; "
+            f"u_a {calibration['u_a_ppm']:.3g} ppm, u_b {1e3 * calibration['u_b_m']:.1f} mm, error {calibration['error_ppm']:.3g} ppm"
+        )  # fmt: skip
     if document["bound_m"] is not None:
-        console.print(_bounds(document))
+        print_hanging(console, "error / bound ", _bounds(document))
     show_verdict(console, document)
     scored = document.get("scored")
     if scored is not None and scored["word"] != "unknown":
-        console.print(f"scored {scored['word']}, against the truth{_coverage(document)}")
+        print_hanging(console, f"scored {scored['word']}, ", f"against the truth{_coverage(document)}")
         for reason in scored["reasons"]:
-            console.print(f"  - {reason}", markup=False)
+            print_hanging(console, "  - ", reason)
     console.print(where, markup=False)
 
 
@@ -52,7 +53,7 @@ def _coverage(document: Mapping[str, Any]) -> str:
 def _bounds(document: Mapping[str, Any]) -> str:
     """The error over the Cramer-Rao bound of this path at this truth; beside it van Trees' bound, averaged over truths from the prior."""
     ratio, bound, posterior = number(document["bound_ratio"], 1.0, 2), number(document["bound_m"]), number(document["posterior_bound_m"])
-    return f"error / bound {ratio} (Cramer-Rao {bound} mm; van Trees, the mean over sources anywhere but on this path, {posterior} mm)"
+    return f"{ratio} (Cramer-Rao {bound} mm; van Trees, the mean over sources anywhere but on this path, {posterior} mm)"
 
 
 def _outcomes(document: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:

@@ -11,8 +11,8 @@ from oio.cli import terminal
 from oio.cli.attendant import performance
 from oio.cli.experiment import Experiment
 from oio.cli.io_errors import FULL, disk_full
-from oio.cli.live_panel import LivePanel
 from oio.cli.reproducible import devices_of, provenance, reproducible
+from oio.cli.run_display import run_display
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
 from oio.cli.shared_stages import SharedStages, opened
 from oio.core import interrupt
@@ -45,7 +45,7 @@ def execute(
     """
     check_order(experiment.stages)
     refuse_used(out)
-    panel = LivePanel.of_terminal(quiet)
+    panel = run_display(quiet)
     performed = performance(experiment.procedure, quiet, panel.paused)
     shared = None if performed else shared  # what a person did for one run, nobody did for another
     began = time.monotonic()

@@ -7,10 +7,9 @@ from types import TracebackType
 
 from rich.console import Console, Group
 from rich.live import Live
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
-from oio.cli import terminal
 from oio.cli.run_state import RunState, StageState
 from oio.core.records import seconds
 from oio.log import Entry
@@ -26,11 +25,6 @@ class LivePanel:
     def __init__(self, console: Console | None) -> None:
         self._state, self._due_s, self._began_s = RunState(), 0.0, time.monotonic()  # clocks of the display alone
         self._live = None if console is None else Live(console=console, auto_refresh=False, transient=False)
-
-    @classmethod
-    def of_terminal(cls, quiet: bool = False) -> "LivePanel":
-        """Return the panel on standard error, if that is a terminal on which things may move."""
-        return cls(None if quiet or not terminal.may_move() else terminal.console(stderr=True))
 
     def __enter__(self) -> "LivePanel | None":
         """Begin to draw; returns None where there is nothing to draw on."""
@@ -66,7 +60,7 @@ class LivePanel:
             self._due_s = drawn + max(PERIOD_S, (drawn - now) / DRAWING)
 
     def _panel(self) -> Group:
-        stages = Table.grid(padding=(0, 2, 0, 0))
+        stages = Table.grid("", Column(justify="right"), "", padding=(0, 2, 0, 0))
         for name, stage in self._state.stages.items():
             stages.add_row(*_stage(name, stage))
         return Group(stages, *self._signals(), *self._source())
@@ -79,18 +73,18 @@ class LivePanel:
     def _source(self) -> list[Text]:
         if not self._state.stages:
             return []
-        counted = f"{self._state.moves} moves, {time.monotonic() - self._began_s:.0f} s of your time"
-        if self._state.source is None:
-            return [_line(f"  {counted}")]
-        place, sd_m = self._state.source
-        at = ", ".join(f"{value:.3f}" for value in place)
-        return [_line(f"  source at {at} m +- {1e3 * sd_m:.0f} mm; {counted}")]
+        lines = [_line(f"  {self._state.moves} moves, {time.monotonic() - self._began_s:.0f} s elapsed")]
+        if self._state.source is not None:
+            place, sd_m = self._state.source
+            lines.insert(0, _line(f"  source at {', '.join(f'{value:.3f}' for value in place)} m +- {1e3 * sd_m:.0f} mm"))
+        return lines
 
 
 def _stage(name: str, stage: StageState) -> tuple[Text, ...]:
+    """Sign and name, time, and what it has found, or, while it goes on, what it waits for in as many lines as that takes."""
     sign, style = SIGNS[stage.state]
-    told = ", ".join(filter(None, (stage.waits_for, stage.figure)))
-    return _line(f"{sign} {name}", style), _line(f"{seconds(stage.t_ns):.1f} s"), _line(told)
+    told = Text(stage.told) if stage.state == "begin" else _line(stage.figure)
+    return _line(f"{sign} {name}", style), _line(f"{seconds(stage.t_ns):.1f} s"), told
 
 
 def _line(text: str, style: str = "") -> Text:

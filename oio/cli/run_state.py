@@ -18,6 +18,11 @@ class StageState:
     waits_for: str = ""
     figure: str = ""
 
+    @property
+    def told(self) -> str:
+        """What it waits for, and its figure."""
+        return ", ".join(filter(None, (self.waits_for, self.figure)))
+
 
 @dataclass
 class RunState:
@@ -37,6 +42,8 @@ class RunState:
                 self.signals.setdefault(element, SignalHistory()).add(entry)
             case Event(kind="move"):
                 self.moves += 1
+            case Event(kind="present"):
+                self.source = None  # what is believed is of the source that was open before
             case StageMark(t_ns=t_ns, stage=stage, state=state):
                 self._mark(stage, state, t_ns)
             case Progress(t_ns=t_ns, stage=stage):
@@ -46,6 +53,6 @@ class RunState:
 
     def _mark(self, stage: str, state: str, t_ns: int) -> None:
         if state == "begin":
-            self.stages[stage], self.source = StageState(state, t_ns), None  # a belief is of the source that its stage looks for
+            self.stages[stage] = StageState(state, t_ns)
         else:
             self.stages[stage].state, self.stages[stage].t_ns = state, t_ns

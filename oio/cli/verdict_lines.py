@@ -6,6 +6,8 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from oio.cli.hanging_text import print_hanging
+
 COLOURS = {"PASS": "green", "WARN": "yellow", "FAIL": "red"}
 
 
@@ -13,13 +15,13 @@ def show_verdict(console: Console, document: Mapping[str, Any]) -> None:
     """Print the verdict of a summary; one that was written before there were criteria has only its reasons."""
     criteria = document.get("criteria") or []
     parts = ", ".join(f"{about} {word}" for about, word in (document.get("verdicts") or {}).items())
-    words = f"{parts}, " if parts else ""
-    console.print(f"verdict [bold {COLOURS[document['verdict']]}]{document['verdict']}[/]: {words}from what a bench can see")
+    head = Text.assemble("verdict ", (document["verdict"], f"bold {COLOURS[document['verdict']]}"), ": ")
+    print_hanging(console, head, f"{f'{parts}, ' if parts else ''}from what a bench can see")
     width = max((len(c["name"]) for c in criteria), default=0)
     for c in criteria:
-        line = Text.assemble("  ", (c["word"], COLOURS[c["word"]]), f"  {c['name']:<{width}}  {c['found']} ({c['allowed']})")
-        console.print(line)
+        head = Text.assemble("  ", (c["word"], COLOURS[c["word"]]), f"  {c['name']:<{width}}  ")
+        print_hanging(console, head, f"{c['found']} ({c['allowed']})")
         if c["action"]:
-            console.print(Text(f"        {'':<{width}}-> {c['action']}"))
+            print_hanging(console, f"        {'':<{width}}-> ", c["action"])
     for reason in [] if criteria else document["reasons"]:
-        console.print(f"  - {reason}", markup=False)
+        print_hanging(console, "  - ", reason)

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from oio.core.errors import BadInput
 from oio.core.standard_output import ended
-from oio.log import read_entries
+from oio.log import read_entries, read_metadata
+from oio.log.wall_clock import start_ns
 from oio.view.rerun_view import RerunView
 
 CODES = "exit code: 0 shown or saved, 2 bad input"
@@ -32,6 +33,7 @@ def show(log: Path, view: RerunView) -> int:
     """Tell a view all that is in a log; returns how many entries that were. Raises BadInput for no log, and as `RerunView.open` does."""
     entries, told = read_entries(log), 0
     with view.open() as watcher:
+        watcher.describe(log.parent.name if log.name == "run.mcap" else log.stem, start_ns(read_metadata(log)))
         for entry in entries:
             watcher(entry)
             told += 1

@@ -3,8 +3,6 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 
 @dataclass
 class ColumnBuffer:
@@ -18,8 +16,8 @@ class ColumnBuffer:
         self.t_ns.append(t_ns)
         self.values.append(value)
 
-    def taken(self) -> tuple[Any, list[Any]]:
-        """Return times as numpy durations and values, and forget them."""
-        times, values = np.array(self.t_ns, dtype="timedelta64[ns]"), self.values
+    def taken(self) -> tuple[list[int], list[Any]]:
+        """Return times and values, and forget them."""
+        times, values = self.t_ns, self.values
         self.t_ns, self.values = [], []
         return times, values

@@ -12,7 +12,6 @@ from urllib.parse import urlsplit
 
 from oio.core.errors import BadInput
 from oio.core.settings import settings
-from oio.log import Watcher
 from oio.view.rerun_recording import new_recording
 from oio.view.rerun_stream import RerunStream
 
@@ -41,7 +40,7 @@ class RerunView:
             raise BadInput(f"{self.file} was given as the file for the Rerun viewer, but its name ends in .rrd. Give e.g. run.rrd.")
 
     @contextmanager
-    def open(self) -> Iterator[Watcher]:
+    def open(self) -> Iterator[RerunStream]:
         """Begin the stream; it is complete when the context ends. Raises BadInput without package, display, or place for the file."""
         if importlib.util.find_spec("rerun") is None:
             raise BadInput(INSTALL)

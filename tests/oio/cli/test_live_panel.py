@@ -1,6 +1,7 @@
 """The live panel: what a person sees while a run goes on, in a terminal that is not there."""
 
 import io
+import sys
 import time
 
 import numpy as np
@@ -8,7 +9,10 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
+from oio.cli import progress_lines
 from oio.cli.live_panel import LivePanel
+from oio.cli.progress_lines import ProgressLines
+from oio.cli.run_display import run_display
 from oio.cli.run_state import RunState
 from oio.cli.signal_history import STEP_NS, STEPS, SignalHistory
 from oio.core.records import SECOND_NS, Event, GasReading
@@ -34,25 +38,64 @@ def test_the_panel_says_stage_signal_settling_source_and_moves(width):
     with LivePanel(Console(file=told, force_terminal=True, width=width, color_system=None)) as panel:
         tell(panel)
     last = told.getvalue().split("\x1b[2K")[-1]
-    for words in ("✓ warm_up", "2.0 s", "slope to vanish", "› navigate", "element 0", "element 1", "▁", "█", "1 moves"):
+    for words in ("✓ warm_up", "2.0 s", "+1.00 +- 0.10 ppm/min", "› navigate", "element 0", "element 1", "▁", "█", "1 moves"):
         assert words in last, last
     assert "source at 0.300, -0.100, 0.200 m +- 2 mm" in last
-    assert width == 60 or "settled in about 12 s" in last
     assert max(map(cell_len, last.splitlines())) <= width
 
 
-def test_a_belief_is_of_the_source_of_its_stage_alone():
+@pytest.mark.parametrize("width", [50, 60, 80, 200])
+def test_what_a_stage_waits_for_is_told_whole_while_it_goes_on(width):
+    told = io.StringIO()
+    with LivePanel(Console(file=told, force_terminal=True, width=width, color_system=None)) as panel:
+        panel(StageMark(0, "warm_up", "begin"))
+        panel(Progress(SECOND_NS, "warm_up", "slope to vanish", "+1.00 +- 0.10 ppm/min, settled in about 12 s"))
+    lines = told.getvalue().split("\x1b[2K")[-1].splitlines()
+    assert (
+        " ".join(" ".join(lines).split()).startswith("› warm_up 1.0 s slope to vanish, +1.00 +- 0.10 ppm/min, settled in about 12 s")
+        and max(map(cell_len, lines)) <= width
+    )
+
+
+def test_a_belief_is_of_the_source_that_was_open_and_lasts_until_the_end():
     state = RunState()
     tell(state.take, 1)
-    assert state.source is not None
     state.take(StageMark(5 * SECOND_NS, "evaluate", "begin"))
-    assert state.source is None and state.moves == 1
+    assert state.source is not None and state.moves == 1
+    state.take(Event(5 * SECOND_NS, "present", "source"))
+    assert state.source is None
 
 
 def test_without_a_terminal_it_is_off(capsys):
-    with LivePanel.of_terminal() as panel:
+    with run_display() as panel:
         assert panel is None
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("name", "value"), [("NO_COLOR", "1"), ("TERM", "dumb")])
+def test_where_nothing_may_move_a_stage_is_a_line(name, value, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv(name, value)
+    with run_display() as lines:
+        tell(lines)
+        lines(StageMark(5 * SECOND_NS, "navigate", "failed", "the arm is lost"))
+        with lines.paused():
+            lines(StageMark(5 * SECOND_NS, "warm_up", "end"))
+    told = capsys.readouterr().err
+    assert told == "warm_up: +1.00 +- 0.10 ppm/min, settled in about 12 s (2.0 s)\nnavigate: failed (5.0 s)\n"
+    with run_display(quiet=True) as lines:
+        assert lines is None
+
+
+def test_a_long_stage_has_a_line_now_and_then(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(progress_lines.time, "monotonic", lambda: now[0])
+    lines = ProgressLines()
+    lines(StageMark(0, "warm_up", "begin"))
+    for t in range(1, 71):
+        now[0] = float(t)
+        lines(Progress(t * SECOND_NS, "warm_up", "slope to vanish", f"{t}"))
+    assert capsys.readouterr().err == "warm_up: slope to vanish, 31 (31.0 s)\nwarm_up: slope to vanish, 62 (62.0 s)\n"
 
 
 def test_it_is_drawn_a_few_times_a_second_however_much_is_told():

@@ -18,6 +18,18 @@ from oio.sweep.job_table import show_sweep
 from oio.sweep.manifest import Job, Outcome
 
 ROOT = Path(__file__).resolve().parents[3]
+CRITERIA = [
+    {"name": name, "about": "search", "word": word, "value": 0.5, "found": found, "allowed": "0.5 to 1.7", "action": action}
+    for name, word, found, action in (
+        (
+            "nis",
+            "WARN",
+            "mean NIS is 0.49, and 1 is what is expected of a consistent filter",
+            "R is too large, so readings count for too little.",
+        ),
+        ("beacon_error", "PASS", "the beacon was found 26 mm off (RMS)", ""),
+    )
+]
 SCORES = {
     "source_error_m": 0.0123, "sd_m": 0.01, "nose_error_m": 0.1746, "nees_source": 12.0, "inside_95": True, "nis_mean": 1.0,
     "moves": 109, "time_s": 161.0, "found": True,
@@ -32,6 +44,10 @@ FULL = {**DOCUMENT, "calibration": {"time_s": 80.0, "moves": 40, "u_a_ppm": 0.4,
 
 def summary():
     show_summary(DOCUMENT, "out")
+
+
+def verdict():
+    show_summary({**FULL, "criteria": CRITERIA, "verdicts": {"calibration": "PASS", "search": "WARN"}}, "out")
 
 
 def sweep():
@@ -51,7 +67,7 @@ def drift():
 
 
 @pytest.mark.parametrize("width", [60, 80, 200])
-@pytest.mark.parametrize("shown", [summary, sweep, filters, worst, drift])
+@pytest.mark.parametrize("shown", [summary, verdict, sweep, filters, worst, drift])
 def test_no_table_is_wider_than_the_terminal_or_cut(shown, width, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", str(width))
     shown()
@@ -59,6 +75,11 @@ def test_no_table_is_wider_than_the_terminal_or_cut(shown, width, capsys, monkey
     assert max(map(cell_len, told.splitlines())) <= width and "…" not in told
     if shown is summary:
         assert told.count("174.6") == 4 and "declared" in told
+    if shown is verdict:  # wrapped at words
+        assert all(
+            f"{c['found']} ({c['allowed']}) {c['action'] and '-> '}{c['action']}".strip() in " ".join(told.split()) for c in CRITERIA
+        )
+        assert not any(line.endswith(" ") for line in told[told.index("verdict") :].splitlines())
 
 
 @pytest.mark.parametrize(("environment", "escapes"), [({"NO_COLOR": "1"}, False), ({"NO_COLOR": ""}, True), ({}, True)])

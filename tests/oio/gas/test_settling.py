@@ -21,3 +21,11 @@ def test_what_has_settled_needs_no_time_and_what_does_not_decay_has_none():
     assert settling_time(t_s, np.array([1.0, 2.0, 3.0, 4.0]), 0.5) is None
     assert settling_time(t_s[:2], np.array([4.0, 2.0]), 0.5) is None
     assert settling_time(t_s, np.array([4.0, 0.0, 2.0, 1.0]), 0.5) is None
+
+
+def test_a_decay_that_is_lost_in_the_scatter_is_not_extrapolated():
+    rng, t_s = np.random.default_rng(3), np.arange(60.0)
+    flat = -13.9 * np.exp(0.1 * rng.standard_normal(60) - 1e-5 * t_s)
+    assert settling_time(t_s, flat, 4.0) is None
+    decaying = -13.9 * np.exp(0.1 * rng.standard_normal(60) - t_s / 100.0)
+    assert 20.0 < settling_time(t_s, decaying, 4.0) < 120.0  # 100 ln(13.9 / 4) - 59 = 66 s

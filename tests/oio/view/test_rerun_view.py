@@ -29,7 +29,7 @@ SHORT = (
 )  # fmt: skip
 SHOWN = {
     "/base/arm", "/base/nose_path", "/base/nose_believed", "/base/box", "/base/beacon", "/base/belief/spheres", "/base/belief/hypotheses",
-    "/base/truth/source", "/gas/element_0", "/gas/element_1", "/nis", "/joints/1", "/joints/2", "/joints/3", "/log",
+    "/base/truth/source", "/gas/element_0", "/gas/element_1", "/nis", "/joints", "/log", "/verdict",
 }  # fmt: skip
 
 
