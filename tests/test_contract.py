@@ -386,12 +386,14 @@ def test_the_last_estimates_of_the_cold_starts_are_what_the_summary_scores(made)
 
 
 def test_the_nose_of_a_cold_start_is_logged_at_stamps_of_the_truth(made):
+    """All but that of a map, which may come between two of them."""
     truths = {sample.t_ns: sample.nose_m for sample in read_samples(made.log) if isinstance(sample, Truth)}
-    errors = {"cold": [], "cold_open": []}
-    for one in read_filter_estimates(made.log):
-        errors[one.variant].append(np.linalg.norm(one.nose_m - truths[one.t_ns]))
-    for name, some in errors.items():  # twice a second, of the hundred instants that the summary averages over
-        assert np.sqrt(np.mean(np.square(some))) == pytest.approx(made.summary[name]["nose_error_m"], rel=0.25)
+    for name in ("cold", "cold_open"):
+        logged = [one for one in read_filter_estimates(made.log) if one.variant == name]
+        errors = [np.linalg.norm(one.nose_m - truths[one.t_ns]) for one in logged if one.t_ns in truths]
+        assert len(errors) > 0.7 * len(logged) > 3
+        # twice a second, of the hundreds of instants that the summary averages over
+        assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(made.summary[name]["nose_error_m"], rel=0.25)
 
 
 # ---- the same again

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 SIZE_IN, DPI = (16.0, 9.0), 100  # 1600 x 900 pixels
 PLACES = {  # left, bottom, width, height: fixed, so that every run has the same layout, with room for legends
-    "map": (0.05, 0.075, 0.4, 0.7),
+    "map": (0.06, 0.075, 0.39, 0.7),
     "source": (0.52, 0.715, 0.47, 0.2),
     "gas": (0.52, 0.395, 0.47, 0.2),
     "nose": (0.52, 0.075, 0.47, 0.2),
@@ -40,8 +40,8 @@ def draw(run: Path, out: Path) -> None:
         source_error(panels["source"], story, 4)
         gas(panels["gas"], story)
         nose_error(panels["nose"], story, summary, 3)
-        figure.text(0.05, 0.955, headline(dict(story.identity), summary), fontsize=16, weight="bold")
-        figure.text(0.05, 0.92, ending(summary), fontsize=14)
+        figure.text(0.06, 0.955, headline(dict(story.identity), summary), fontsize=16, weight="bold")
+        figure.text(0.06, 0.92, ending(summary), fontsize=14)
         _save(canvas, out)
 
 

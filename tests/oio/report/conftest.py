@@ -16,6 +16,12 @@ def run(*words):
 
 
 @pytest.fixture(scope="session")
+def command():
+    """command("dof=3") runs `python -m oio.run dof=3`."""
+    return run
+
+
+@pytest.fixture(scope="session")
 def made(tmp_path_factory):
     """The folder of a run that wrote its report, and what its command said."""
     folder = tmp_path_factory.mktemp("report") / "run"

@@ -4,11 +4,14 @@ import html
 import json
 import re
 import shutil
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from oio.report.__main__ import main
+from oio.report.verdict_part import answer
 
 PARTS = ("criteria", "place", "signal", "sensor", "filter", "nose", "calibration", "truth", "assumptions", "provenance")
 FIGURES = ("search", "source_error", "readings", "allan", "step", "nis", "residuals", "nose")
@@ -16,7 +19,7 @@ FIGURES = ("search", "source_error", "readings", "allan", "step", "nis", "residu
 
 def text_of(path):
     page = re.sub(r"<(script|style)\b.*?</\1>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
-    return html.unescape(re.sub(r"<[^>]+>", " ", page))
+    return html.unescape(re.sub(r"<[^>]+>", " ", page.replace("<wbr>", "")))
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +40,7 @@ def test_verdict_answer_and_next_action_come_first(made, report):
     assert order == sorted(order)
     first = next(c for word in ("FAIL", "WARN") for c in summary["criteria"] if c["word"] == word)
     assert text.index("What to do next") < text.index(first["action"]) < text.index("Each criterion")
-    assert all(c["found"] in text and c["name"] in text for c in summary["criteria"])
+    assert all(c["found"].replace("+-", "\N{PLUS-MINUS SIGN}") in text and c["name"] in text for c in summary["criteria"])
 
 
 def test_every_part_and_figure_is_there_and_linked(report):
@@ -59,6 +62,19 @@ def test_numbers_stand_with_uncertainty_and_unit(report):
     text = text_of(report)
     for words in ("sensor.element_0.baseline", "ppm", "sensor.tau_rise", "air.exponent", "arm.shoulder_azimuth.offset", "Table I"):
         assert words in text
+
+
+def test_a_prior_that_the_readings_did_not_touch_is_no_type_a(report):
+    """The wrist turns the nose about its own axis: no reading tells its offset."""
+    page = report.read_text(encoding="utf-8")
+    row = next(row for row in re.findall(r"<tr>.*?</tr>", page) if "sensor.<wbr>element_<wbr>0.<wbr>gain" in row)
+    assert re.findall(r"<td[^>]*>(.*?)</td>", row)[1:] == ["infinite", "B"]
+
+
+def test_numbers_in_figures_keep_their_digits(report):
+    """Coordinates are shortened, text is not."""
+    page = report.read_text(encoding="utf-8")
+    assert re.search(r">rise: tau \d+\.\d{2,} ", page) and not re.search(r'x="\d+\.\d{3,}"', page)
 
 
 def test_the_holes_of_the_paper_stand_with_their_keys_and_values(report):
@@ -91,6 +107,30 @@ def test_text_from_outside_is_never_markup(made, tmp_path):
     assert main([str(folder)]) == 0
     page = (folder / "report.html").read_text()
     assert "<script>alert" not in page and "<img" not in page and "<b>act" not in page and "&lt;b&gt;act" in page
+
+
+@pytest.fixture(scope="module")
+def clean_air(tmp_path_factory, command):
+    """The folder of a run without a source."""
+    folder = tmp_path_factory.mktemp("report") / "clean"
+    done = command("sensor=mox_mics", "dof=3", "stage=[warm_up,baseline]", f"hydra.run.dir={folder}")
+    assert done.returncode in (0, 3), done.stderr
+    return folder
+
+
+def test_parts_without_anything_to_show_are_left_out(clean_air):
+    page = (clean_air / "report.html").read_text(encoding="utf-8")
+    assert set(re.findall(r'<section id="(\w+)">', page)) == {
+        "criteria", "signal", "sensor", "calibration", "words", "assumptions", "provenance",
+    }  # fmt: skip
+    assert 'id="plotly"' not in page and len(page) < 500_000
+
+
+def test_with_one_joint_the_answer_is_a_direction(made):
+    story = SimpleNamespace(dof=1, shoulder_m=np.array([0.1, 0.0, 0.0]), left=((np.array([0.2, 0.1, 0.0]), 1e-4 * np.eye(3)),))
+    outcome = {"believed_m": [0.2, 0.1, 0.0], "sd_m": 0.2, "moves": 9, "time_s": 7.0, "other_places": [{}], "found": False}
+    told = answer(SimpleNamespace(summary={"calibrated": outcome}, story=story))
+    assert "azimuth 45.0 \N{PLUS-MINUS SIGN} 4.1 deg" in told and "1 other place explains" in told and " mm" not in told
 
 
 def test_a_run_that_only_calibrates_has_its_report(made, tmp_path):
