@@ -59,8 +59,8 @@ def world_sample(sample: WorldSample, sensor: str, joints: Sequence[str]) -> Top
             return {gas_topic(sensor): _gas_sample(sample)}
         case Truth():
             return {TRUTH: _truth_state(sample), "/truth/nose": _truth_nose(sample)}
-        case Event(kind="span"):
-            return {EVENTS: _event(sample)}  # several a second, used by `backend=replay` only: not shown in the viewer's log
+        case Event(kind="span" | "guard"):
+            return {EVENTS: _event(sample)}  # used by `backend=replay` only, spans several a second: not shown in the viewer's log
         case Event():
             return {EVENTS: _event(sample), "/log": _log_line(sample)}
 

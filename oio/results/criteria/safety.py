@@ -26,8 +26,7 @@ class SafeMotion(Criterion):
         share = guard.top_speed_m_s / guard.speed_limit_m_s
         return Measured(
             share, "of the limit",
-            f"the nose was sent at {guard.top_speed_m_s:.2f} m/s at most, {guard.speed_limit_m_s:g} are allowed; all limits are finite, "
-            "and the load of every joint was watched",
+            f"nose at {guard.top_speed_m_s:.2f} m/s at most, limit {guard.speed_limit_m_s:g}; every limit is finite, every load was heard",
             above="The guard did not keep its own limit: stop, and report it with the log.",
         )  # fmt: skip
 

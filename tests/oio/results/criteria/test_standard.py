@@ -116,7 +116,7 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
     "lag": [(beacon(0.05), "10 %"), (beacon(0.12), "24 %"), (beacon(0.15), "30 %")],
     "bout_rule": [(bouts(0.03), "3.0 % of clean-air readings; 1 % or less"), (bouts(0.08), "8.0 %"), (bouts(0.25), "25.0 %")],
     "bout_detection": [(beacon(fired=6), "6 of 6"), (beacon(fired=5), "5 of 6"), (beacon(fired=4), "83 % near it, 50 % away")],
-    "safety": [(moved(), "0.64 m/s at most, 0.8"), (moved(top_speed_m_s=0.83), "0.83"), (moved(top_speed_m_s=0.9), "0.90")],
+    "safety": [(moved(), "0.64 m/s at most, limit 0.8"), (moved(top_speed_m_s=0.83), "0.83"), (moved(top_speed_m_s=0.9), "0.90")],
     "repeats": [(beacon(repeats=5), "5 times"), (beacon(repeats=2), "2 times"), (beacon(repeats=1), "1 times")],
     "beacon_error": [(beacon(rms_m=0.02), "20 mm"), (beacon(rms_m=0.06), "60 mm"), (beacon(rms_m=1.5), "1500 mm")],
     "beacon_nees": [(beacon(nees=3.0), "1.00"), (beacon(nees=12.0), "4.00"), (beacon(nees=30.0), "10.00")],
