@@ -58,7 +58,8 @@ def world_sample(sample: WorldSample, sensor: str, joints: Sequence[str]) -> Top
         case GasSample():
             return {gas_topic(sensor): _gas_sample(sample)}
         case Truth():
-            return {TRUTH: _truth_state(sample), "/truth/nose": _truth_nose(sample)}
+            known = np.isfinite(sample.nose_m).all()  # a bench may know its source, never where its nose truly is
+            return {TRUTH: _truth_state(sample), **({"/truth/nose": _truth_nose(sample)} if known else {})}
         case Event(kind="span" | "guard"):
             return {EVENTS: _event(sample)}  # used by `backend=replay` only, spans several a second: not shown in the viewer's log
         case Event():

@@ -55,4 +55,4 @@ def _signals() -> Any:
     columns = blueprint.TextLogColumns(text_log_columns=["loglevel", "body"])
     events = blueprint.TextLogView(origin="log", name="events", columns=columns)
     verdict = blueprint.TextDocumentView(origin="verdict", name="verdict")
-    return blueprint.Vertical(readings, blueprint.Tabs(nis, joints, active_tab=0), events, verdict, row_shares=[5, 5, 5, 2])
+    return blueprint.Vertical(readings, blueprint.Tabs(nis, joints, active_tab=0), events, verdict, row_shares=[5, 5, 5, 3])

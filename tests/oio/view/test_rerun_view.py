@@ -15,8 +15,8 @@ from oio.cli.execute import execute
 from oio.cli.replay_overrides import replayed
 from oio.cli.sweep_check import refuse_bad_choices
 from oio.core.errors import BadInput
-from oio.core.records import GasReading
-from oio.log import ArmFrames, BeliefScene, BelievedNose, Progress, Setup, StageMark, read_entries
+from oio.core.records import SECOND_NS, Event, GasReading, Truth
+from oio.log import ArmFrames, BeliefScene, BelievedNose, Progress, RunLog, Setup, StageMark, read_entries
 from oio.view.__main__ import main
 from oio.view.base import NoView, View
 from oio.view.rerun_view import INSTALL, RerunView
@@ -46,10 +46,14 @@ def made(tmp_path_factory):
     return folder, plain, run(folder / "viewed", "view=rerun", f"view.file={folder}/viewed.rrd")
 
 
+def printed(path, verbose="-v"):
+    """What the viewer's own tool says of a file."""
+    command = [sys.executable, "-m", "rerun", "rrd", "print", verbose, str(path)]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
 def entities(path):
-    """Entities of a file, each with its rows, by the viewer's own tool."""
-    command = [sys.executable, "-m", "rerun", "rrd", "print", "-v", str(path)]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    told = printed(path)
     return {name for name in SHOWN if f"{name}" in told}
 
 
@@ -71,6 +75,17 @@ def test_a_log_shows_what_the_run_showed(made, capsys):
     assert main([str(folder / "plain"), "--save", str(folder / "log.rrd")]) == 0
     assert "entries" in capsys.readouterr().out
     assert entities(folder / "log.rrd") == SHOWN
+
+
+def test_a_log_of_a_bench_has_the_time_of_day_too_and_the_name_of_its_folder(tmp_path):
+    (tmp_path / "monday").mkdir()
+    started = {"started": "2026-03-01T12:00:00+01:00"}
+    with RunLog.create(tmp_path / "monday" / "run.mcap", sensor="ec", joints=("a",), metadata=started, attachments={}) as log:
+        log.reading(GasReading(SECOND_NS, 0, 1.0, 0.1))
+    assert main([str(tmp_path / "monday"), "--save", str(tmp_path / "monday.rrd")]) == 0
+    told = printed(tmp_path / "monday.rrd", "-vvv")
+    assert "time of day" in told and "2026-03-01T11:00:01" in told and "monday" in told
+    assert "log_time" not in "".join(part for part in told.split("Chunk(") if "/gas/element_0" in part)  # when it was sent interests nobody
 
 
 class Ear:
@@ -100,6 +115,24 @@ def test_the_entries_of_a_log_are_those_that_watchers_heard(tmp_path):
     ):
         pairs = [[entry for entry in side if isinstance(entry, kind)] for side in (told, read)]
         assert pairs[0] and all(same(a, b) for a, b in zip(*pairs, strict=True)), kind
+
+
+def test_what_cannot_be_drawn_is_left_out_and_the_verdict_has_a_level(tmp_path):
+    """Warnings are errors here: the SDK warns where it drops something."""
+    nowhere, place = np.full(3, np.nan), np.array([0.3, 0.0, 0.1])
+    view = RerunView(address=None, file=str(tmp_path / "odd.rrd"))
+    with view.open() as watcher:
+        for t, (mean, cov) in enumerate(
+            [(nowhere, np.eye(3)), (place, np.zeros((3, 3))), (place, np.full((3, 3), np.inf)), (place, np.eye(3))]
+        ):
+            watcher(BeliefScene(t, np.array([place, nowhere]), np.array([0.1, 0.2]), [(mean, cov)], ""))
+            watcher(Truth(t, np.zeros(1), place, mean, 0.0))
+        watcher.flush()
+        watcher(BeliefScene(5, np.zeros((0, 3)), np.zeros(0), [], ""))
+        watcher(Truth(5, np.zeros(1), place, nowhere, 0.0))
+        watcher(Event(6, "verdict", "FAIL. nothing was found."))
+    told = printed(tmp_path / "odd.rrd", "-vvv")
+    assert "FAIL. nothing was found." in told and "ERROR" in told and "/base/belief/hypotheses" in told
 
 
 @pytest.mark.parametrize(
