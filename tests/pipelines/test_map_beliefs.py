@@ -5,14 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
+from hydra.utils import instantiate
 
 from oio.bench.trial import experiment
+from oio.core.folders import CONF
 from oio.core.records import seconds
 from oio.log import MemoryLog
 from oio.results.calibration import BaselineResult, MapCalibration
 from oio.runtime.runner import run_stages
 from pipelines.map_beliefs import MapBeliefs
 
+STANDARD = instantiate(yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text(encoding="utf-8")), _convert_="all")
 WORDS = (
     "sensor=ndir", "air=steady", "dof=3", "stage=[warm_up,baseline,calibrate_bouts,map_beliefs]", "stage.calibrate_bouts.moves_per_rung=1",
     "stage.map_beliefs.repeats=2",
@@ -20,9 +24,9 @@ WORDS = (
 MEASUREMENTS = 5
 
 
-def calibrated(out, budget_s, seed):
+def calibrated(out, budget_s, seed, *words):
     """The map, and how long calibration took."""
-    built = experiment((*WORDS, f"stage.map_beliefs.budget_s={budget_s}"), seed)
+    built = experiment((*WORDS, f"stage.map_beliefs.budget_s={budget_s}", *words), seed)
     with built.backend.open() as world:
         results = run_stages(built.stages, world, built.arm, MemoryLog(), out, seed)
     found = results[MapCalibration]
@@ -38,6 +42,28 @@ def least(request, tmp_path_factory):
 def test_never_fewer_repeats_than_asked_for(least):
     _, found, _ = least
     assert (len(found.repeats), found.moves) == (2, 2 * MEASUREMENTS)
+
+
+def words_of(found):
+    """What the criteria of steps and bouts say of a map."""
+    criteria = {name: STANDARD.criteria[name] for name in ("steps", "bout_detection")}
+    return {name: criterion.judge(name, {MapCalibration: found}) for name, criterion in criteria.items()}
+
+
+def test_an_open_valve_is_seen_in_rise_and_fall_and_in_bouts(least):
+    _, found, _ = least
+    judged = words_of(found)
+    assert [j.word for j in judged.values()] == ["PASS", "PASS"], judged
+    assert found.exposures.approaches.trials == 2 and (found.exposures.near.trials, found.exposures.away.trials) == (8, 2)
+    assert found.highest_ppm[0] > 100.0
+    assert found.guard.load_unwatched == () and 0.2 < found.guard.top_speed_m_s < found.guard.speed_limit_m_s
+
+
+def test_a_closed_valve_fails(tmp_path):
+    found, _ = calibrated(tmp_path, 0.0, 0, "beacon.strength=1e-6")
+    judged = words_of(found)
+    assert [j.word for j in judged.values()] == ["FAIL", "FAIL"], judged
+    assert "its valve is closed" in judged["steps"].action
 
 
 def test_more_repeats_end_within_the_budget(least, tmp_path):

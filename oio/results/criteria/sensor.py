@@ -136,4 +136,4 @@ class Steps(Criterion):
 
 
 def _lag_in_words(name: str, lag: StepLag, unseen: bool) -> str:
-    return f"{name} not seen" if unseen else f"{name} {lag.tau_s:.2g} s +- {200.0 * lag.u_ln:.0f} %"
+    return f"{name} not seen" if unseen else f"{name} {lag.tau_s:.2g} s +- {max(200.0 * lag.u_ln, 1.0):.0f} %"
