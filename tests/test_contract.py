@@ -41,7 +41,7 @@ VARIANTS = ["cold", "cold_open", "calibrated", "calibrated_paper_assembly"]
 SUMMARY = IDENTITY | {
     *("schema", "source_position_m", "calibration", *VARIANTS, "dead_reckoning", "bound_m", "bound_ratio"),
     *("posterior_bound_m", "posterior_bound_ratio"),
-    *("verdict", "verdicts", "reasons", "criteria", "scored", "reproducible", "protocol", "simulated_s", "wall_s"),
+    *("verdict", "verdicts", "reasons", "criteria", "scored", "reproducible", "protocol", "simulated_s", "wall_s", "sensor_serial"),
 }
 OUTCOME = {
     *("source_error_m", "nose_error_m", "nees_source", "inside_95", "nis_mean", "moves", "time_s", "found"),

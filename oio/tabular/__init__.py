@@ -1,4 +1,5 @@
 """Tables that other programs have written: encoding, delimiter, header, clock and columns of a text file, and its usable rows.
 
-What is not given is read off the file and said; what is not certain is refused with what to type. May import: core.
+What is not given is read off the file and said; what is not certain is refused with what to type.
+May import: core. May not import: anything else of the project.
 """

@@ -160,10 +160,10 @@ def test_a_whole_run_knows_its_world(built):
     [
         ({"begins": "later"}, "world.begins has 'later', but it can be search or start"),
         ({"shape": "cube"}, "world.shape has 'cube'"),
-        ({"walls_m": {"behind": -0.1}}, "world.walls_m.behind is -0.1"),
+        ({"walls_m": {"behind": -0.1}}, "walls_m.behind is -0.1, but 0.0001 to 10 is allowed"),
         ({"walls_m": {"east": 0.1}}, "world.walls_m has 'east'"),
         ({"further_strengths": (0.5,)}, "every further source needs both"),
-        ({"further_strengths": (-0.5,), "further_offsets_m": ((0.0, 0.1, 0.0),)}, "a strength above 0"),
+        ({"further_strengths": (-0.5,), "further_offsets_m": ((0.0, 0.1, 0.0),)}, r"further_strengths\[0\] is -0.5, but 1e-06"),
         ({"box_low_m": (0.1, 0.0, 0.0)}, "a box needs both"),
         ({"box_low_m": (0.1, 0.0, 0.0), "box_high_m": (0.0, 0.1, 0.1)}, "the low corner below"),
         ({"wind": ((0.0, -1.0, 0.0, 0.0),)}, "a speed of 0 to 10 m/s"),
