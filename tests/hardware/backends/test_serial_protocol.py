@@ -45,6 +45,8 @@ def test_a_person_takes_time_while_the_bench_goes_on_and_the_log_reproduces(emul
     own, terminal = pty.openpty()
     process, out = bench.start("protocol=emulated", "stage=[warm_up,baseline]", stdin=terminal)
     os.close(terminal)
+    while process.poll() is None and not (out / "run.mcap.part").exists():  # a busy host takes its time to start
+        time.sleep(0.1)
     for typed in ("Ada\n", "0012\n", "\n", "21\n", "y\n"):
         time.sleep(2.0)  # of the host: 6 s of the bench
         os.write(own, typed.encode())
