@@ -21,10 +21,10 @@ def calibration_part(material: Material, published: dict[str, Any]) -> Part:
     rows = [row for section, about in SECTIONS.items() for row in _entries(material.calibration.get(section) or {}, about)]
     if not rows:
         return Part("calibration", "Calibration", paragraph("This run made no calibration."))
-    heads = ("quantity", "value +- u", "degrees of freedom", "evaluation")
+    heads = ("quantity", "value +- u", "degrees of freedom", "type")
     caption = "Calibrated quantities with their standard uncertainty u"
     meaning = (
-        "Evaluation A: from the readings of this run. B: from elsewhere, also where the readings told less than was known before; "
+        "Type A: from the readings of this run. B: from elsewhere, also where the readings told less than was known before; "
         "u is then mostly what was known before."
     )
     values = table(caption, heads, rows) + paragraph(meaning, "note")
