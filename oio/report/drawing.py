@@ -50,12 +50,14 @@ class Drawing:
     def _saved(self, kind: str) -> bytes:
         import matplotlib as mpl  # here: the import takes most of a second
         from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
         from matplotlib.figure import Figure
 
         out = io.BytesIO()
         with mpl.rc_context({**RC, **SVG}):
             drawn = Figure(figsize=self.size_in, dpi=PNG_DPI, layout="constrained")
-            FigureCanvasAgg(drawn)
+            canvas: Any = FigureCanvasSVG(drawn) if kind == "svg" else FigureCanvasAgg(drawn)
             self.draw(drawn)
-            drawn.savefig(out, format=kind, metadata={"Date": None} if kind == "svg" else {"Software": None})
+            # by the canvas itself: `savefig` draws everything twice
+            canvas.print_svg(out, metadata={"Date": None}) if kind == "svg" else canvas.print_png(out, metadata={"Software": None})
         return out.getvalue()
