@@ -4,6 +4,7 @@ import importlib.util
 import os
 import socket
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ from oio.view.rerun_recording import new_recording
 from oio.view.rerun_stream import RerunStream
 
 ANSWER_S = 5.0  # a viewer that does not answer in this time is taken for gone
+CLOSING_S = 30.0  # a viewer that has not taken all in this time after the end is left
 PORTS = {"rerun": 443, "rerun+https": 443, "rerun+http": 80}  # of addresses that name none
 INSTALL = "The Rerun viewer needs the package rerun-sdk, which is not installed. Type: pip install 'oio[view]'"
 
@@ -72,12 +74,26 @@ def _refuse_silent(address: str) -> None:
 
 
 def _close(recording: Any) -> None:
-    """End the stream; a viewer that was closed meanwhile is no failure of what it showed."""
-    try:
-        recording.flush(timeout_sec=ANSWER_S)
-    except RuntimeError as error:
-        sys.stderr.write(f"the Rerun viewer did not take all: {error}\n")
-    recording.disconnect()
+    """End the stream; a viewer that was closed meanwhile, or that hangs, is no failure of what it showed."""
+    import rerun
+
+    failures = list[RuntimeError]()
+
+    def end() -> None:
+        try:
+            recording.flush(timeout_sec=ANSWER_S)
+        except RuntimeError as error:
+            failures.append(error)
+        recording.disconnect()  # waits for a viewer that hangs as long as it does
+
+    ending = threading.Thread(target=end, daemon=True)
+    ending.start()
+    ending.join(CLOSING_S)
+    if ending.is_alive():
+        rerun.unregister_shutdown()  # so would the end of the process
+        sys.stderr.write(f"the Rerun viewer did not take all within {CLOSING_S:g} s\n")
+    for failure in failures:
+        sys.stderr.write(f"the Rerun viewer did not take all: {failure}\n")
 
 
 def _refuse_taken(path: Path) -> None:
