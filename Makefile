@@ -35,6 +35,7 @@ format: venv  ## format the code, mend what ruff can mend
 docs: venv  ## the site, in site/; a warning is an error
 	$(PY) docs/architecture.py
 	$(PY) docs/ranges.py
+	$(PY) docs/commands.py
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet --strict
 
 test: lint  ## lint, types, contracts and the tests
