@@ -37,7 +37,7 @@ class Calibration:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of the fitted parameters, (P,) of them."""
-        return parameter_units(len(self.kept.joints), self.kept.fit.layout.elements)
+        return parameter_units(self.setup.robot.units, self.kept.fit.layout.elements)
 
     @property
     def mean(self) -> Array:

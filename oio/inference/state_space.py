@@ -69,8 +69,7 @@ class StateSpace:
     @cached_property
     def units(self) -> tuple[str, ...]:
         """Unit of each state."""
-        n = self.arm.dof
-        joints = ["rad"] * n + ["rad/s"] * n + ["rad/s^2"] * n
+        joints = [unit + per for per in ("", "/s", "/s^2") for unit in self.arm.units]
         return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
 
     def begin(self, fit: Fit, t_ns: int, measurements: int) -> Belief:

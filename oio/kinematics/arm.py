@@ -11,6 +11,7 @@ from oio.core.folders import ROOT
 from oio.core.records import Array
 from oio.core.settings import Within, settings
 from oio.kinematics.chain_from_model import KinematicChain, NosePoint, load_chain
+from oio.kinematics.forward import SLIDE
 from oio.kinematics.homing import Homing
 from oio.kinematics.homing_file import read_homing
 from oio.kinematics.workspace import Workspace
@@ -103,6 +104,11 @@ class Arm(Workspace):
     def names(self) -> tuple[str, ...]:
         """Names of the unlocked joints."""
         return self.all_names[: self.dof]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of the position of each unlocked joint: rad of a hinge, m of a slide."""
+        return tuple("m" if kind == SLIDE else "rad" for kind in self.model.kinds[: self.dof])
 
     @property
     def home(self) -> Array:

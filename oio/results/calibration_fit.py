@@ -18,22 +18,22 @@ def parameter_names(joints: tuple[str, ...], elements: int) -> tuple[str, ...]:
     return (*law, *arm, *(f"ln_gain_{e}" for e in each), "ln_lag_factor", *(f"baseline_{e}" for e in each))
 
 
-def parameter_units(dof: int, elements: int) -> tuple[str, ...]:
-    """Unit of each parameter (P,)."""
+def parameter_units(joint_units: tuple[str, ...], elements: int) -> tuple[str, ...]:
+    """Unit of each parameter (P,), for joints whose positions are in these units, rad or m."""
     law = ("m", "m", "m", "ln(ppm)", "1", "1/m", "1/m", "1/m", "1/m")
-    return (*law, *["rad"] * dof, *["rad/s^2"] * dof, *["1"] * elements, "1", *["ppm"] * elements)
+    return (*law, *joint_units, *(f"{unit}/s^2" for unit in joint_units), *["1"] * elements, "1", *["ppm"] * elements)
 
 
 def fit_entries(
     calibration: Calibration, found: MapCalibration, noises: dict[str, Noise], holds_for: Mapping[str, str | None]
 ) -> dict[str, object]:
     """Sections of calibration.yaml that `oio.results.kept_calibration` reads back to the last bit."""
-    fit, joints = found.fit, calibration.chosen.model.arm.names
+    fit, arm = found.fit, calibration.chosen.model.arm
     return {
-        "holds_for": {**holds_for, "joints": list(joints)},
+        "holds_for": {**holds_for, "joints": list(arm.names)},
         "fit": {
-            "parameters": list(parameter_names(joints, fit.layout.elements)),
-            "units": list(parameter_units(fit.layout.dof, fit.layout.elements)),
+            "parameters": list(parameter_names(arm.names, fit.layout.elements)),
+            "units": list(parameter_units(arm.units, fit.layout.elements)),
             "readings": fit.readings,
             "mean": [float(v) for v in fit.mean],
             "cov": [[float(v) for v in row] for row in fit.cov],

@@ -84,7 +84,7 @@ def kept_of(text: str, path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
     paper, late = read.section("paper_values"), read.section("fit").section("delay")
     return KeptCalibration(
         path, text, names, held.maybe_text("serial"), joints, _made(read.section("made")), verdict.text("overall"),
-        _fit(read.section("fit"), joints, len(baselines), law),
+        _fit(read.section("fit"), arm, len(baselines), law),
         {name: _read_noise(name, read.section("assemblies").section(name)) for name in ("gum", "paper")},
         Delay(late.number("s", 0.0), late.number("u_s", 0.0)),
         baselines, totals.number("time_s", 0.0), totals.number("error_ppm", 0.0),
@@ -123,9 +123,9 @@ def _baseline(read: Fields) -> ElementBaseline:
     )
 
 
-def _fit(read: Fields, joints: tuple[str, ...], elements: int, law: RangeLaw) -> Fit:
-    layout = ParameterLayout(len(joints), elements)
-    expected = {"parameters": parameter_names(joints, elements), "units": parameter_units(len(joints), elements)}
+def _fit(read: Fields, arm: Arm, elements: int, law: RangeLaw) -> Fit:
+    layout = ParameterLayout(arm.dof, elements)
+    expected = {"parameters": parameter_names(arm.names, elements), "units": parameter_units(arm.units, elements)}
     for key, names in expected.items():
         if read.texts(key) != names:
             raise BadInput(f"fit.{key} of the calibration is {', '.join(read.texts(key))}, but it must be {', '.join(names)}.")

@@ -26,7 +26,8 @@ class Observable(Criterion):
         if found is None:
             return None
         unseen = [*_missing_joints(found.findings.dof), *found.findings.unseen]
-        said = "every direction of the source is observable" if not unseen else " ".join(unseen)
+        first, *others = unseen or ["every direction of the source is observable"]
+        said = " ".join([first, *(sentence[:1].upper() + sentence[1:] for sentence in others)])
         return Measured(
             float(len(unseen)), "1", said.rstrip("."), above="Use more joints (dof), or tell the source's strength (range_law.ln_strength)."
         )

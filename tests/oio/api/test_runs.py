@@ -141,6 +141,8 @@ def test_a_nose_without_an_arm_is_calibrated_and_finds_the_source(searched):
         readings, path, (0.33, 0.10, 0.16), clean_air_s=(1.0, 10.5), beacon_s=beacon_s, measurement_ends_s=ends, setup=oio.Setup("ndir", 3)
     )
     assert known.setup.arm == "gantry" and known.kept.joints == ("x", "y", "z")
+    units = dict(zip(known.names, known.units, strict=True))
+    assert (units["offset_x"], units["drift_z"], units["ln_gain_0"]) == ("m", "m/s^2", "1")
     span = run.stages["navigate"]
     found = oio.locate(readings.between(*span), path.between(*span), known)
     assert np.linalg.norm(found.mean_m - run.summary["source_position_m"]) < 0.02

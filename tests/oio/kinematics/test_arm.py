@@ -69,6 +69,7 @@ def test_the_gantrys_joints_are_its_nose(built):
     p, jacobian = arm.nose_jacobian(np.array([1.0, 2.0, 0.5]))
     np.testing.assert_allclose(p, [1.0, 2.0, 0.5])
     np.testing.assert_allclose(jacobian, np.eye(3))
+    assert arm.units == ("m", "m", "m") and built("arm", "dof=3").units == ("rad", "rad", "rad")
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
     "repeats": [(beacon(repeats=5), "5 times"), (beacon(repeats=2), "2 times"), (beacon(repeats=1), "1 times")],
     "beacon_error": [(beacon(rms_m=0.02), "20 mm"), (beacon(rms_m=0.06), "60 mm"), (beacon(rms_m=1.5), "1500 mm")],
     "beacon_nees": [(beacon(nees=3.0), "1.00"), (beacon(nees=12.0), "4.00"), (beacon(nees=30.0), "10.00")],
-    "observable": [(unseen(5), "every"), (unseen(1), "only the bearing"), (unseen(5, "a.", "b.", "c.", "d."), "a. b. c. d")],
+    "observable": [(unseen(5), "every"), (unseen(1), "only the bearing"), (unseen(5, "a.", "b.", "c.", "d."), "a. B. C. D")],
     "nis": [(evaluation(nis_mean=1.0), "1.00"), (evaluation(nis_mean=1.9), "1.90"), (evaluation(nis_mean=3.0), "3.00")],
     "gated": [(gated(2), "2 of 500"), (gated(10), "10 of 500"), (gated(40), "40 of 500 innovations (8.0 %)")],
     "residuals": [(residuals(0.9, 0.1), "0.90"), (residuals(1.8, 0.0), "1.80"), (residuals(0.9, 0.6), "together 3.60")],
