@@ -165,6 +165,7 @@ def test_a_killed_sweep_is_resumed_to_the_table_of_an_undisturbed_one(tmp_path):
     assert table(stormy) == table(calm)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_its_job_a_retry(tmp_path):
     calm, stormy = tmp_path / "calm", tmp_path / "stormy"
     given = ("sensor=ndir", "seed=range(0,6)")
@@ -298,6 +299,7 @@ def test_two_sweeps_in_one_folder_at_a_time_are_refused(tmp_path):
         going.wait()
 
 
+@pytest.mark.slow
 def test_sweeps_of_the_same_second_share_no_folder(tmp_path):
     line = [sys.executable, "-m", "oio.run", "-m", "sensor=ndir", "seed=0", *TINY]
     going = [subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": str(ROOT)}) for _ in range(4)]

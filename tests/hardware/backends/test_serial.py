@@ -44,7 +44,7 @@ def test_a_nose_alone_warms_up_and_every_sample_is_accounted_for(emulators, sens
     assert len(elements) == (2 if sensor == "ec" else 1) and min(elements.values()) > 0.3 * gas / len(elements)
 
 
-@pytest.mark.parametrize("arm", ["feetech", "dynamixel"])
+@pytest.mark.parametrize("arm", ["feetech", pytest.param("dynamixel", marks=pytest.mark.slow)])
 def test_an_arm_climbs_toward_the_beacon_and_its_log_replays_to_the_bit(emulators, arm, tmp_path):
     run = emulators("nose=scd30", f"arm={arm}", "speed=3").run(SHORT)
     assert run.code == 0, run.said
@@ -80,7 +80,7 @@ def test_an_emulated_bus_is_read_a_hundred_times_a_second(emulators):
     assert math.isfinite(jitter) and hz > (100.0 if stalls.lost < CALM else 30.0), (run.account(), str(stalls))
 
 
-@pytest.mark.parametrize("signal_", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("signal_", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_a_stop_that_was_asked_for_stops_the_arm_and_leaves_a_readable_log(emulators, signal_):
     bench = emulators("nose=scd30", "arm=feetech", "speed=4")
     process, out = bench.start()

@@ -40,6 +40,7 @@ def test_a_protocol_runs_unattended_and_its_log_reproduces(emulators, tmp_path):
     assert code == 0 and "replayed: " in said and "readings: 0" not in said and "differs" not in said, said
 
 
+@pytest.mark.slow
 def test_a_person_takes_time_while_the_bench_goes_on_and_the_log_reproduces(emulators):
     bench = emulators("nose=scd30", "arm=none", "valve=none", "speed=3")
     own, terminal = pty.openpty()

@@ -51,4 +51,6 @@ def test_what_is_shown_ends_without_its_viewer(viewer, fate):
     address, group = viewer
     command = [sys.executable, "-c", SHOWN, address, str(group), fate]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout == "ended\n" and "the Rerun viewer did not take all" in done.stderr
+    assert done.stdout == "ended\n" and "Traceback" not in done.stderr
+    if fate == "SIGSTOP":  # of a viewer that is gone the SDK tells by itself, sooner or later
+        assert "the Rerun viewer did not take all" in done.stderr
