@@ -11,6 +11,7 @@ _HOMES = {
     "Calibration": "oio.api.calibration",
     "JointPath": "oio.api.samples",
     "Location": "oio.api.location",
+    "LogFile": "oio.api.log_file",
     "NosePath": "oio.api.samples",
     "NotObservable": "oio.core.errors",
     "Odometry": "oio.api.odometry",
@@ -21,6 +22,7 @@ _HOMES = {
     "load_calibration": "oio.api.calibration_file",
     "load_run": "oio.api.logged",
     "locate": "oio.api.location",
+    "read_log": "oio.api.log_file",
     "simulate": "oio.api.simulation",
     "write_calibration": "oio.api.calibration_file",
 }

@@ -6,6 +6,8 @@ from oio.api.calibration_file import load_calibration as load_calibration
 from oio.api.calibration_file import write_calibration as write_calibration
 from oio.api.location import Location as Location
 from oio.api.location import locate as locate
+from oio.api.log_file import LogFile as LogFile
+from oio.api.log_file import read_log as read_log
 from oio.api.logged import Run as Run
 from oio.api.logged import load_run as load_run
 from oio.api.odometry import Odometry as Odometry

@@ -29,7 +29,7 @@ class CsvFile(TableMapping):
             raise BadInput(
                 f"recording={self.name} has no file. Type recording.file=my.csv; python -m oio.inspect my.csv tells what is in it."
             )
-        return self.parse(read_recording(self.file, self.origin))
+        return self.parse(read_recording(self.file, self.origin, self.first_column))
 
     def parse(self, data: bytes) -> RecordedRows:
         """Return the usable rows of a file's bytes; raises BadInput if there are none."""

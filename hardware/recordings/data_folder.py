@@ -7,8 +7,9 @@ from oio.core.errors import BadInput
 from oio.tabular.file import file_bytes
 
 
-def read_recording(file: str, origin: str) -> bytes:
-    """Return the bytes of `file`, a path below OIO_DATA (default `data/`), or else one as it is; unpacked as its ending says.
+def read_recording(file: str, origin: str, rows_of: str | None = None) -> bytes:
+    """Return the bytes of `file`, a path below OIO_DATA (default `data/`), or else one as it is; unpacked as its ending says;
+    `rows_of`: see `oio.tabular.file`.
 
     Raises BadInput if the file is missing (with its download address, `origin`), unreadable or damaged.
     """
@@ -17,7 +18,7 @@ def read_recording(file: str, origin: str) -> bytes:
     if found is None:
         raise BadInput(_missing(path, origin))
     try:
-        return file_bytes(found)
+        return file_bytes(found, rows_of)
     except BadInput as error:
         raise BadInput(f"{error} Get it again from {origin}.") from None
 

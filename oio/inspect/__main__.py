@@ -20,9 +20,9 @@ def main(arguments: list[str] | None = None) -> int:
     given = _parser().parse_args(arguments)
     try:
         if not given.file.is_file():
-            raise BadInput(f"{given.file} is no file. Type python -m oio.inspect my.csv (or .txt, .csv.gz, .parquet).")
+            raise BadInput(f"{given.file} is no file. Type python -m oio.inspect my.csv (or .txt, .csv.gz, .parquet, .mcap).")
         known = open_mapping(**dict(_key(word) for word in given.known))
-        found = survey(file_bytes(given.file), known, given.file.name)
+        found = survey(file_bytes(given.file, known.first_column), known, given.file.name)
         text = yaml_text(found, given.file)
         if given.out:
             _write(given.out, text)
@@ -52,7 +52,7 @@ def _write(path: Path, text: str) -> None:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m oio.inspect", description=__doc__, epilog=CODES)
-    parser.add_argument("file", type=Path, metavar="FILE", help="a table as text, plain or .gz, or .parquet")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a table as text, plain or .gz; .parquet; or the .mcap log of any program")
     parser.add_argument(
         "known", nargs="*", metavar="KEY=VALUE", help="what you know of it: keys of conf/recording/csv.yaml, e.g. time_unit=ms"
     )

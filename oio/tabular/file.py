@@ -1,4 +1,4 @@
-"""Bytes of a table file: as they are, unpacked (.gz), or as text (.parquet)."""
+"""Bytes of a table file: as they are, unpacked (.gz), or as text (.parquet, .mcap)."""
 
 import gzip
 import io
@@ -7,13 +7,20 @@ from pathlib import Path
 
 from oio.core.errors import BadInput
 
+MCAP = b"\x89MCAP"
 
-def file_bytes(path: Path) -> bytes:
-    """Return the bytes of a table; of a Parquet file those of the same table as CSV. Raises BadInput if it cannot be read."""
+
+def file_bytes(path: Path, rows_of: str | None = None) -> bytes:
+    """Return the bytes of a table; of a Parquet file those of the same table as CSV, of an MCAP log those of the table of the topic that
+    has the column `rows_of`. Raises BadInput if it cannot be read."""
     try:
         data = path.read_bytes()
         if path.suffix == ".parquet" or data[:4] == b"PAR1":
             return _parquet(path, data)
+        if data.startswith(MCAP):
+            from oio.log.foreign import as_csv
+
+            return as_csv(data, path.name, rows_of)
         return gzip.decompress(data) if path.suffix == ".gz" else data
     except (OSError, EOFError, zlib.error) as error:
         raise BadInput(f"{path} cannot be read ({error}).") from None

@@ -1,6 +1,7 @@
 """Mapping of a table: what its columns are. Every key may be null, which means: read it off the file and say so."""
 
 import dataclasses
+import math
 import re
 from typing import Annotated
 
@@ -9,6 +10,8 @@ from oio.core.settings import Within, settings
 from oio.tabular.stamps import stamp
 
 DECIMALS = (".", ",")
+LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2}  # m
+ANGLES = {"rad": 1.0, "deg": math.pi / 180.0}  # rad
 
 
 @settings
@@ -30,6 +33,9 @@ class TableMapping:
         tuple[tuple[float, float], ...] | None, Within(-1e12, 1e12)
     ]  # ranges of readings, ends included, that mean no measurement
     climate_columns: tuple[str, ...] | None  # temperature [degC] and relative humidity [%], or none
+    nose_columns: tuple[str, ...] | None  # where the nose was: x, y, z; or
+    joint_columns: tuple[str, ...] | None  # positions of the unlocked joints of the arm that carried it, base first
+    position_unit: str | None  # of these: m, mm, cm; rad or deg of joints that turn
     max_gap_s: Annotated[float | None, Within(1e-3, 1e9)]  # a longer gap begins a new session
     session: Annotated[int | None, Within(1, 1_000_000)]  # number of the session to read, from 1, where the clock was set back
 
@@ -47,6 +53,7 @@ class TableMapping:
                 f"period, and rows with them have none. Type recording.time_unit=row recording.period_s=1."
             )
         self._check_lists()
+        self._check_positions()
 
     def _check_lists(self) -> None:
         for low, high in self.no_value or ():
@@ -57,6 +64,21 @@ class TableMapping:
         if self.climate_columns is not None and len(self.climate_columns) not in (0, 2):
             raise BadInput(
                 f"recording.climate_columns has {len(self.climate_columns)} names, but there are two: temperature [degC], humidity [%]."
+            )
+
+    @property
+    def first_column(self) -> str | None:
+        """Full name of the first column of readings; None where it is to be read off the file."""
+        return self.column_prefix + self.columns[0] if self.columns else None
+
+    def _check_positions(self) -> None:
+        if self.nose_columns and self.joint_columns:
+            raise BadInput("recording.nose_columns and recording.joint_columns were both given, but a path is one of them. Leave one out.")
+        if self.nose_columns and len(self.nose_columns) != 3:
+            raise BadInput(f"recording.nose_columns has {len(self.nose_columns)} names, but there are three: x, y, z.")
+        if self.position_unit is not None and self.position_unit not in LENGTHS | ANGLES:
+            raise BadInput(
+                f"recording.position_unit is {self.position_unit!r}, but it can be {', '.join(LENGTHS | ANGLES)}. Type position_unit=m."
             )
 
 

@@ -14,6 +14,7 @@ UNITS = {
     "percent": "%", "deg": "deg", "°": "deg", "degrees": "deg", "rad": "rad", "m": "m", "mm": "mm", "cm": "cm",
 }  # fmt: skip
 INSIDE = ("ppm", "ppb", "adc", "counts", "ms", "degc", "pct")  # units that are told anywhere in a name: co2_ppm_b
+PLAIN = ("data", "value")  # fields of messages that hold one number
 KEPT = ("adc", "raw")  # words that also tell what it is
 GAS_UNITS = ("ppm", "ppb", "%vol", "ug/m3", "mg/m3", "counts", "V", "mV", "ohm", "kohm")
 WORDS = {
@@ -43,7 +44,10 @@ def unit_of(name: str) -> str | None:
 
 
 def bare(name: str) -> str:
-    """Return a column's name without its unit and its number among equals."""
+    """Return a column's name without its unit and its number among equals; of a path (/air/co2.data) the part that says most."""
+    if name.startswith("/"):
+        topic, _, field = name.rpartition(".")
+        name = topic.rpartition("/")[2] if field in PLAIN else field
     without = BRACKET.sub("", re.sub(r" #\d+$", "", name)).strip(" _")
     words = re.split(r"[ _]", without)
     kept = [word for i, word in enumerate(words) if word.lower() not in (UNITS if i == len(words) - 1 else INSIDE) or word.lower() in KEPT]
@@ -54,7 +58,9 @@ def role_of(name: str) -> str | None:
     """Return what a column holds by its name: time, temperature, humidity, gas, joint or nose; None if it does not say."""
     word = bare(name)
     for role, pattern in PATTERNS.items():
-        if pattern.fullmatch(word) and not (role == "time" and word == "T"):  # T alone is a temperature
+        if role == "time" and (word == "T" or name.startswith("/")):  # T alone is a temperature; a log's messages have one clock
+            continue
+        if pattern.fullmatch(word):
             return role
     if word == "T":
         return "temperature"

@@ -12,7 +12,6 @@ BOMS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs
 NO_TEXT = (
     (b"PK\x03\x04", "a ZIP archive or a spreadsheet (xlsx, ods)", "Save the sheet as CSV."),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (xls)", "Save the sheet as CSV."),
-    (b"\x89MCAP", "an MCAP log", "Type backend=replay backend.log=FILE for one of OIO's."),
     (b"\x1f\x8b", "a gzip archive without the ending .gz", "Name it FILE.csv.gz."),
     (b"\x89HDF", "an HDF5 file", "Export its table as CSV or Parquet."),
     (b"%PDF", "a PDF", "Ask its author for the CSV."),

@@ -1,0 +1,118 @@
+"""MCAP logs of other programs: JSON, Protobuf and ROS 2 messages as tables, and everything that is not certain refused."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+from oio.core.errors import BadInput
+from oio.log.foreign import as_csv, topics
+from oio.log.plain_numbers import LONGEST, numbers
+
+T0_NS = 1_764_432_000_000_000_000
+JOINT_STATE = """std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+
+def json_log(rows):
+    """Bytes of a log of (topic, log time [ns], message) in JSON."""
+    file = io.BytesIO()
+    writer, channels = Writer(file), {}
+    writer.start()
+    schema = writer.register_schema("any", "jsonschema", b"{}")
+    for topic, t_ns, message in rows:
+        if topic not in channels:
+            channels[topic] = writer.register_channel(topic, "json", schema)
+        writer.add_message(channels[topic], t_ns, json.dumps(message).encode(), t_ns)
+    writer.finish()
+    return file.getvalue()
+
+
+def ros2_log(path):
+    """A log of a bag: joint states at 100 Hz, a gas value twice a second, 1 ms later."""
+    ros2 = pytest.importorskip("mcap_ros2.writer")
+    with path.open("wb") as file:
+        writer = ros2.Writer(file)
+        state, value = (
+            writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE),
+            writer.register_msgdef("std_msgs/msg/Float32", "float32 data"),
+        )
+        for i in range(2000):
+            t_ns = T0_NS + 10_000_000 * i
+            stamp = {"sec": t_ns // 10**9, "nanosec": t_ns % 10**9}
+            joints = {"name": ["lift", "pan"], "position": [0.001 * i, np.sin(0.01 * i)], "velocity": [], "effort": []}
+            writer.write_message("/joint_states", state, {"header": {"stamp": stamp, "frame_id": ""}, **joints}, log_time=t_ns)
+            if i % 50 == 0:
+                writer.write_message("/co2", value, {"data": 420.0 + i}, log_time=t_ns + 1_000_000)
+        writer.finish()
+
+
+def test_numbers_are_named_by_their_path():
+    message = {"a": {"b": 1, "text": "no"}, "values": [3, 4], "ok": True, "stamp": {"sec": 5, "nanosec": 500_000_000}, "none": None}
+    assert numbers(message) == {"a.b": 1.0, "values[0]": 3.0, "values[1]": 4.0, "ok": 1.0, "stamp": 5.5}
+    assert numbers({"name": ["x", "y"], "position": [1.0, 2.0]}) == {"position.x": 1.0, "position.y": 2.0}
+    assert numbers(7) == {"value": 7.0} and numbers({"picture": [0] * (LONGEST + 1)}) == {}
+    deep = {"a": 1}
+    for _ in range(100):
+        deep = {"a": deep}
+    assert numbers(deep) == {}
+
+
+def test_another_topic_is_interpolated_to_the_rows():
+    rows = [("/gas", 1_500 + 1_000 * i, {"ppm": i}) for i in range(3)] + [("/q", 1_000 * i, {"a": 10.0 * i}) for i in range(4)]
+    lines = as_csv(json_log(rows), "my.mcap", "/gas.ppm").decode().split("\n")
+    assert lines[0] == "log_time [ns],/gas.ppm,/q.a"
+    assert lines[1:] == ["1500,0.0,15.0", "2500,1.0,25.0", "3500,2.0,nan"]  # nothing is known after the last
+
+
+def test_a_message_may_lack_a_number():
+    found, _ = topics(json_log([("/a", 1, {"x": 1}), ("/a", 2, {"y": 2}), ("/a", 3, {"x": 3, "y": 3})]), "my.mcap")
+    np.testing.assert_equal(found["/a"].columns, {"/a.x": [1.0, np.nan, 3.0], "/a.y": [np.nan, 2.0, 3.0]})
+
+
+def test_which_topic_is_asked_where_it_is_not_certain():
+    data = json_log([("/gas", 1, {"ppm": 1}), ("/q", 1, {"a": 1, "b": 1})])
+    with pytest.raises(BadInput, match=r"not certain which topic.*/gas \(1 messages\): /gas.ppm; /q.*recording.columns=\[\"/gas.ppm\"\]"):
+        as_csv(data, "my.mcap", None)
+    with pytest.raises(BadInput, match=r"none of its topics has '/gas\.ppb'"):
+        as_csv(data, "my.mcap", "/gas.ppb")
+    assert as_csv(json_log([("/gas", 1, {"ppm": 1})]), "my.mcap", None).decode().endswith("\n1,1.0")
+
+
+def test_what_cannot_be_read_is_refused():
+    data = json_log([("/gas", i, {"ppm": i}) for i in range(100)])
+    with pytest.raises(BadInput, match="cannot be read to its end"):
+        topics(data[: len(data) // 2], "my.mcap")
+    with pytest.raises(BadInput, match="without numbers"):
+        as_csv(json_log([("/text", 1, {"said": "hello"})]), "my.mcap", None)
+    file = io.BytesIO()
+    writer = Writer(file)
+    writer.start()
+    channel = writer.register_channel("/co2", "cdr", writer.register_schema("std_msgs/msg/Float32", "ros2idl", b"?"))
+    writer.add_message(channel, 1, b"", 1)
+    writer.finish()
+    with pytest.raises(BadInput, match="/co2: ROS 2 messages need the package mcap-ros2-support"):
+        as_csv(file.getvalue(), "my.mcap", None)
+
+
+def test_joint_states_of_ros_2_are_named_by_their_joints(tmp_path):
+    ros2_log(tmp_path / "bag.mcap")
+    found, undecoded = topics((tmp_path / "bag.mcap").read_bytes(), "bag.mcap")
+    assert undecoded == {} and set(found["/co2"].columns) == {"/co2.data"} and len(found["/co2"].t_ns) == 40
+    joints = found["/joint_states"].columns
+    assert set(joints) == {"/joint_states.header.stamp", "/joint_states.position.lift", "/joint_states.position.pan"}
+    assert joints["/joint_states.position.pan"][100] == np.sin(1.0) and joints["/joint_states.header.stamp"][100] == 1e-9 * T0_NS + 1.0
