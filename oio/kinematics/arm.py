@@ -41,6 +41,9 @@ class Arm(Workspace):
     nose_limit_m_s: Annotated[float, Within(1e-3, 100)]  # m/s; `duration_s` plans by the chord, and on a curved path the nose is faster
     encoder_drift_deg_s2: Annotated[float, Within(0, 10)]  # bound on the encoders' quadratic drift
     homing_offset_deg: Annotated[float, Within(0, 90)]  # standard deviation of the homing offset
+    # random_span_rad: random poses keep every joint this near to home, so that an arm whose joints turn all the way around is not asked to
+    # fold over to another of its configurations, to which no path leads inside the box; None: anywhere within its limits
+    random_span_rad: Annotated[float | None, Within(0.1, 10)]
     homing: str | None  # file of `python -m hardware.home`, or LeRobot's calibration; its uncertainties come on top
     backlash_deg: Annotated[float, Within(0, 90)]  # peak to peak
 

@@ -18,6 +18,7 @@ class Workspace(SerialArm):
     box_high_m: tuple[float, float, float]
     joint_speed: float
     nose_speed_m_s: float
+    random_span_rad: float | None
 
     @property
     def low_rad(self) -> Array:
@@ -86,15 +87,24 @@ class Workspace(SerialArm):
         return np.asarray(self.random_poses(rng, 1)[0])
 
     def random_poses(self, rng: np.random.Generator, count: int) -> Array:
-        """So many (count, n). As many are drawn at once as are wanted still, never one too many: they are those drawn one by one."""
+        """So many (count, n), within `random_span_rad` of home. Raises BadInput if the box leaves no room.
+
+        As many are drawn at once as are wanted still, never one too many: they are those drawn one by one.
+        """
         found, in_vain = np.empty((0, self.dof)), 0
+        low, high = self._random_limits()
         while in_vain < 10_000:
-            q = rng.uniform(self.low_rad, self.high_rad, (count - len(found), self.dof))
+            q = rng.uniform(low, high, (count - len(found), self.dof))
             fit = q[self._in_box(q)]
             found, in_vain = np.concatenate([found, fit]), 0 if len(fit) else in_vain + len(q)
             if len(found) == count:
                 return found
         raise BadInput(f"no pose of arm '{self.name}' with dof={self.dof} keeps the nose inside arm.box_low_m to arm.box_high_m; widen it.")
+
+    def _random_limits(self) -> tuple[Array, Array]:
+        """Limits (n,), (n,) of random poses."""
+        home, span = np.array(self.home_rad[: self.dof]), np.inf if self.random_span_rad is None else self.random_span_rad
+        return np.maximum(self.low_rad, home - span), np.minimum(self.high_rad, home + span)
 
 
 def _line_in_joint_space(q_from: Array, q_to: Array, begin: float, places: int) -> Array:

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from oio.motion.path_planning import duration_s, plan
+
 FLANGE_TO_NOSE_M = 0.1
 XARM_A2_M, XARM_ANGLE = np.hypot(0.2845, 0.0535), np.arctan2(0.2845, 0.0535)
 UP = np.pi / 2
@@ -86,3 +88,22 @@ def test_a_ladder_must_rise(built):
     with pytest.raises(Exception, match=r"its rungs must rise, from 1 at least to the 5 joints"):
         built("arm", "arm.ladder=[1,3,2,5]")
     assert built("arm", "arm.ladder=null").rungs == (1, 2, 3, 5)
+
+
+@pytest.mark.parametrize("name", [*STANDARD, *MODIFIED])
+def test_random_poses_are_in_one_configuration_so_that_paths_lead_from_each_to_each(built, name):
+    """Drawn anywhere within limits, 22 to 38 of 40 pairs of an arm with six joints that turn on had no path."""
+    n = 7 if name == "franka" else 6
+    arm = built("arm", f"arm={name}", f"dof={n}")
+    poses = arm.random_poses(np.random.default_rng(1), 30)
+    assert np.all(np.abs(poses - arm.home) <= arm.random_span_rad)
+    for start, goal in poses.reshape(-1, 2, n):
+        assert duration_s(plan(arm, start, goal)) < 15.0
+    across = np.ptp(arm.nose(arm.random_poses(np.random.default_rng(2), 200)), axis=0)
+    assert np.all(across > 0.8 * np.subtract(arm.box_high_m, arm.box_low_m))  # and yet the nose goes all over the box
+
+
+def test_where_the_limits_say_enough_poses_are_drawn_from_all_of_them(built):
+    arm = built("arm", "dof=5")
+    assert arm.random_span_rad is None
+    assert np.any(np.abs(arm.random_poses(np.random.default_rng(0), 200) - arm.home) > 1.5)
