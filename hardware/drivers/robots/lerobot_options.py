@@ -1,0 +1,14 @@
+"""Settings of an arm that LeRobot commands."""
+
+from typing import Any
+
+from oio.core.settings import settings
+
+
+@settings
+class LerobotOptions:
+    """Which of LeRobot's robots, and what its configuration has besides `port` and `id`."""
+
+    type: str | None  # as in `lerobot-calibrate --robot.type=`
+    id: str | None  # as in `lerobot-calibrate --robot.id=`: it names the calibration file
+    options: dict[str, Any]  # further fields of its configuration
