@@ -21,11 +21,14 @@ MAX_SUSPENDED_S = 1.0  # a host that was suspended for longer does not know what
 class SharedGuard:
     """Guard behind a lock, for all joints: locked ones are held at home. After a fault the measured pose is held, not the set-point.
 
-    `hold_step_rad`: the set-point goes there by steps of this size at most, where another encoder than ours may have measured the pose.
+    `elsewhere`: what to do if the arm stands elsewhere than it says. `hold_step_rad`: the set-point goes to a pose that is held by steps of
+    this size at most, where what the arm says may be wrong.
     """
 
-    def __init__(self, control: ArmControl, arm: Arm, safety: SafetyLimits, clock: Clock, hold_step_rad: float = math.inf) -> None:
-        self._whole, self._clock, self._hold_step_rad = unlocked(arm), clock, hold_step_rad
+    def __init__(
+        self, control: ArmControl, arm: Arm, safety: SafetyLimits, clock: Clock, elsewhere: str, hold_step_rad: float = math.inf
+    ) -> None:  # fmt: skip
+        self._whole, self._clock, self._elsewhere, self._hold_step_rad = unlocked(arm), clock, elsewhere, hold_step_rad
         self._locked, self._moved_by_hand_rad = np.array(arm.home_rad[arm.dof :]), math.radians(control.moved_by_hand_deg)
         self._lock, self._guard = threading.Lock(), Guard(self._whole, safety, control.period_s, arm.dof)
         self.begun = False
@@ -113,6 +116,5 @@ class SharedGuard:
             home = ", ".join(f"{math.degrees(angle):.0f}" for angle in self._whole.home_rad)
             raise OioError(
                 f"the arm stands at {degrees} degrees, nose at {np.round(self._whole.nose(q), 2).tolist()} m, where it may not be. It was "
-                f"not switched on. Put it by hand near its home ({home} degrees) and start again; if it stands there, home it anew "
-                f"(python -m hardware.home)."
+                f"not switched on. Put it by hand near its home ({home} degrees) and start again; {self._elsewhere}."
             )

@@ -23,12 +23,15 @@ from oio.gas.source import unlocked
 from oio.kinematics.arm import Arm
 from oio.motion.guard import SafetyLimits
 
+TURN = 2.0 * math.pi
+ELSEWHERE = "if it stands there, its zeros or directions are not those of the model (arm.mjcf)"
+
 
 class RobotArm(ArmDriver[Robot]):
     """Driver of all joints of an arm over a `Robot`. What it raises, other than a missing reading, stops the arm and ends the run."""
 
     def __init__(self, robot: Robot, control: ArmControl, arm: Arm, safety: SafetyLimits, mailbox: Mailbox, clock: Clock) -> None:
-        guard = SharedGuard(control, arm, safety, clock, hold_step_rad=arm.joint_speed * control.period_s)
+        guard = SharedGuard(control, arm, safety, clock, ELSEWHERE, hold_step_rad=arm.joint_speed * control.period_s)
         super().__init__(control, guard, arm.all_names, arm.dof, mailbox, clock)
         self.robot, self.name, self._whole = robot, robot.name, unlocked(arm)
         self._jumps = JumpMonitor(arm.all_names, arm.joint_speed, control.tracking_error_deg)
@@ -43,10 +46,10 @@ class RobotArm(ArmDriver[Robot]):
             q = robot.read().q
         except OioError as error:
             raise BadInput(str(error)) from error
-        if not self._whole.is_allowed(q) and self._whole.is_allowed(np.radians(q)):
+        if np.max(np.abs(q)) > TURN and self._whole.is_allowed(np.radians(q)):
             raise BadInput(
-                f"backend.arm.driver={self.name} says that the joints are at {np.round(q, 2).tolist()}, where they may not be, but as "
-                f"degrees they might: give radians."
+                f"backend.arm.driver={self.name} says that the joints are at {np.round(q, 2).tolist()}, where they may not be as radians, "
+                f"but may as degrees: give radians."
             )
         self._guard.connect(q)
         self._jumps.restart()

@@ -18,12 +18,14 @@ from oio.kinematics.arm import Arm
 from oio.kinematics.homing import Homing
 from oio.motion.guard import SafetyLimits
 
+ELSEWHERE = "if it stands there, home it anew (python -m hardware.home)"
+
 
 class ServoArm(ArmDriver[Wire]):
     """Driver of all joints of an arm over a servo bus, ids from 1 at the base."""
 
     def __init__(self, bus: Bus, control: ServoControl, arm: Arm, safety: SafetyLimits, mailbox: Mailbox, clock: Clock) -> None:
-        super().__init__(control, SharedGuard(control, arm, safety, clock), arm.all_names, arm.dof, mailbox, clock)
+        super().__init__(control, SharedGuard(control, arm, safety, clock, ELSEWHERE), arm.all_names, arm.dof, mailbox, clock)
         self._bus, self.name, self.baud = bus, bus.name, bus.baud
         self._homing = arm.homed or Homing.nominal(len(arm.all_names), bus.middle)
         self._torque_off, self._ids = control.torque_off_at_end, list(range(1, len(arm.all_names) + 1))
