@@ -3,7 +3,6 @@
 import threading
 from typing import Generic
 
-from hardware.transport.call_watch import CallWatch
 from hardware.transport.clock import Clock
 from hardware.transport.driver import C, Driver, Timeouts
 from hardware.transport.mailbox import Mailbox
@@ -28,7 +27,6 @@ class Device(threading.Thread, Generic[C]):
         self.away_ns = 0  # total time without an answer, of all lost connections
         self._last_answer_ns = 0
         self._connection: C | None = None
-        self._watch = CallWatch(clock)
         self.lost = False  # from a lost connection until the next answer
         self._stop_requested, self.ready = threading.Event(), threading.Event()
 
@@ -61,13 +59,13 @@ class Device(threading.Thread, Generic[C]):
         if self.error is not None:
             raise self.error
         if self._hangs:
-            raise self._lost(f"hangs: a call has not returned for {self._watch.lasts_s:.1f} s; what it was given last is where it stands")
+            raise self._lost(f"hangs: a call has not returned for {self._opener.call_s:.1f} s; what it was given last is where it stands")
 
     @property
     def _hangs(self) -> bool:
         """Whether a call lasts longer than any may."""
         most, is_open = self._timeouts, self.ready.is_set()
-        return self._opener.may_hang and self._watch.lasts_s > (most.receive_s + most.reconnect_s if is_open else most.connect_s)
+        return self._opener.call_s > (most.receive_s + most.reconnect_s if is_open else most.connect_s)
 
     def _open_with_back_off(self, patience_s: float) -> None:
         """Open the port, with retries and exponential back-off for at most patience_s. Raises DeviceLost."""
@@ -86,14 +84,13 @@ class Device(threading.Thread, Generic[C]):
             wait_s = min(2.0 * wait_s, self._timeouts.backoff_max_s)
 
     def _open(self) -> None:
-        with self._watch.call():
-            try:
-                self._connection = self._opener.open()
-            except OioError as error:
-                if not self.ready.is_set():
-                    raise  # it never was there: the user must act
-                raise Unplugged(str(error).partition(". ")[0]) from None
-            self.identity = self.driver.configure(self._connection)
+        try:
+            self._connection = self._opener.open()
+        except OioError as error:
+            if not self.ready.is_set():
+                raise  # it never was there: the user must act
+            raise Unplugged(str(error).partition(". ")[0]) from None
+        self.identity = self.driver.configure(self._connection)
 
     def _poll_until_lost(self) -> str:
         """Poll until the port is gone or the device times out; return the reason. Raises DeviceLost if reopening has not helped."""
@@ -101,9 +98,7 @@ class Device(threading.Thread, Generic[C]):
         opened_ns, why = self._clock.now_ns(), "silent"
         while not self._stop_requested.is_set():
             try:
-                with self._watch.call():
-                    answered = self.driver.poll(self._connection)
-                if answered:
+                if self.driver.poll(self._connection):
                     self._note_answer()
             except NoAnswer as error:
                 why = str(error) or why  # counted by the driver; a lasting silence is handled below

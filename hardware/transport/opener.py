@@ -14,7 +14,11 @@ class Opener(Protocol[C_co]):
 
     port: str  # as it was typed
     advice: str  # a sentence: what to look at if nothing answers
-    may_hang: bool  # whether a call may never return: code of others that has no time-out
+
+    @property
+    def call_s(self) -> float:
+        """Duration of the present call into code of others, which may never return [s]; 0 where every call has a time-out of ours."""
+        ...
 
     def open(self) -> C_co:
         """Open a connection. Raises OioError where the user must act, Unplugged or NoAnswer where waiting may help."""
@@ -25,7 +29,7 @@ class SerialOpener:
     """Opener of a serial port."""
 
     advice = "Check cable, power and driver; `python -m hardware.ports` asks every port who it is."
-    may_hang = False
+    call_s = 0.0
 
     def __init__(self, port: str, driver: SerialDriver) -> None:
         self.port, self._driver = port, driver

@@ -1,5 +1,6 @@
 """Settings of an arm that LeRobot commands."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from oio.core.settings import settings
@@ -11,4 +12,4 @@ class LerobotOptions:
 
     type: str | None  # as in `lerobot-calibrate --robot.type=`
     id: str | None  # as in `lerobot-calibrate --robot.id=`: it names the calibration file
-    options: dict[str, Any]  # further fields of its configuration
+    options: Mapping[str, Any] | None  # further fields of its configuration

@@ -23,7 +23,7 @@ def configuration(options: LerobotOptions, port: str, torque_off_at_end: bool) -
     made = config_class(options.type)
     fields = {field.name for field in dataclasses.fields(made)}
     own = {"port": port, "use_degrees": True, "disable_torque_on_disconnect": torque_off_at_end}
-    given = {"id": options.id, **{key: value for key, value in own.items() if key in fields}, **options.options}
+    given = {"id": options.id, **{key: value for key, value in own.items() if key in fields}, **(options.options or {})}
     unknown = sorted(given.keys() - fields)
     if unknown:
         raise BadInput(

@@ -1,7 +1,8 @@
 """An arm that a Python object of the user's commands: `read()` -> positions, `write(positions)`, `close()`.
 
 Positions are those of all joints of the arm's model, in its order: rad, or m of a slide. Optional are `describe()` -> text, `effort()` ->
-one fraction of full load for each joint, and an attribute `simulated = True`, without which the time of the bench is that of the world.
+one fraction of full load for each joint, asked for after each `read()`, and an attribute `simulated = True`, without which
+`backend.speed` must be 1.
 """
 
 import contextlib
@@ -39,8 +40,8 @@ class PythonRobot:
 
     def read(self) -> JointReading:
         """See `Robot`."""
-        load = self._joints("effort") if hasattr(self._arm, "effort") else self._unknown
-        return JointReading(self._joints("read"), load, self._unknown)
+        q = self._joints("read")
+        return JointReading(q, self._joints("effort") if hasattr(self._arm, "effort") else self._unknown, self._unknown)
 
     def write(self, set_point: Array) -> None:
         """See `Robot`."""

@@ -3,6 +3,7 @@
 import contextlib
 import math
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,9 @@ from hardware.drivers.arms.arm_driver import ArmDriver
 from hardware.drivers.arms.control import ArmControl
 from hardware.drivers.arms.joint_reading import JointReading
 from hardware.drivers.arms.shared_guard import SharedGuard
-from hardware.drivers.robots.jump_monitor import JumpMonitor
+from hardware.drivers.robots.reading_monitors import JumpMonitor, StaleMonitor
 from hardware.drivers.robots.robot import Robot
+from hardware.drivers.robots.watched_robot import WatchedRobot
 from hardware.transport.clock import Clock
 from hardware.transport.driver import Counts
 from hardware.transport.mailbox import Mailbox
@@ -33,9 +35,9 @@ class RobotArm(ArmDriver[Robot]):
     def __init__(self, robot: Robot, control: ArmControl, arm: Arm, safety: SafetyLimits, mailbox: Mailbox, clock: Clock) -> None:
         guard = SharedGuard(control, arm, safety, clock, ELSEWHERE, hold_step_rad=arm.joint_speed * control.period_s)
         super().__init__(control, guard, arm.all_names, arm.dof, mailbox, clock)
-        self.robot, self.name, self._whole = robot, robot.name, unlocked(arm)
+        self.robot, self.name, self._whole = WatchedRobot(robot, clock), robot.name, unlocked(arm)
         self._jumps = JumpMonitor(arm.all_names, arm.joint_speed, control.tracking_error_deg)
-        self._top_load = math.nan
+        self._stale, self._top_load = StaleMonitor(control.tracking_error_s), math.nan
 
     def configure(self, robot: Robot) -> str:
         """Hold the arm where it is; return what it says of itself.
@@ -53,6 +55,7 @@ class RobotArm(ArmDriver[Robot]):
             )
         self._guard.connect(q)
         self._jumps.restart()
+        self._stale.restart()
         self._send_set_point(robot)
         return robot.describe()
 
@@ -71,31 +74,37 @@ class RobotArm(ArmDriver[Robot]):
         return Counter(lost=self._lost, rounds=self._rounds)
 
     def _read(self, robot: Robot) -> JointReading:
-        try:
+        with self._stopping():
             reading = robot.read()
-        except OioError as error:
-            self.stop(str(error))
-            raise
         self._top_load = float(np.fmax.reduce(np.abs(reading.load), initial=self._top_load))
         t_ns = self._clock.now_ns() if reading.t_ns is None else reading.t_ns
-        jump = self._jumps.check(seconds(t_ns), reading.q)
-        return reading if jump is None else replace(reading, fault=jump, is_plausible=False)
+        wrong = self._jumps.check(seconds(t_ns), reading.q) or self._stale.check(seconds(t_ns), reading.q, self._guard.set_point)
+        return reading if wrong is None else replace(reading, fault=wrong, is_plausible=False)
 
     def _write(self, robot: Robot, set_point: Array) -> None:
-        try:
+        with self._stopping():
             robot.write(set_point.copy())
+
+    @contextlib.contextmanager
+    def _stopping(self) -> Iterator[None]:
+        """Hold the arm when the block raises what no waiting helps against."""
+        try:
+            yield
         except OioError as error:
             self.stop(str(error))
-            raise
+            raise OioError(f"the arm was stopped: {error} What was logged so far can be read.") from error
 
 
 class RobotOpener:
     """The way to a robot: connecting it. A mistake of its own is bad input."""
 
-    may_hang = True
-
-    def __init__(self, robot: Robot, port: str, advice: str) -> None:
+    def __init__(self, robot: WatchedRobot, port: str, advice: str) -> None:
         self.port, self.advice, self._robot = port, advice, robot
+
+    @property
+    def call_s(self) -> float:
+        """See `Opener`."""
+        return self._robot.call_s
 
     def open(self) -> Robot:
         """Connect the robot."""

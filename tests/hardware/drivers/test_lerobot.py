@@ -11,6 +11,8 @@ from hardware.drivers.robots import lerobot_registry
 from hardware.drivers.robots.lerobot_options import LerobotOptions
 from hardware.drivers.robots.lerobot_robot import LerobotRobot
 from hardware.drivers.robots.robot_arm import RobotOpener
+from hardware.drivers.robots.watched_robot import WatchedRobot
+from hardware.transport.clock import Clock
 from hardware.transport.port import NoAnswer
 from oio.core.errors import BadInput
 
@@ -80,7 +82,7 @@ def made(monkeypatch, tmp_path):
     def make(names=NAMES, torque_off=False, kind="so101_follower", **options):
         given = LerobotOptions(type=kind, id="my_arm", options=options)
         ours = LerobotRobot(given, "/dev/ttyACM0", names, torque_off)
-        RobotOpener(ours, "/dev/ttyACM0", "").open()
+        RobotOpener(WatchedRobot(ours, Clock(1.0)), "/dev/ttyACM0", "").open()
         return ours, robot_of["made"]
 
     yield make

@@ -8,9 +8,10 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from hardware.drivers.robots.jump_monitor import JumpMonitor
 from hardware.drivers.robots.python_robot import PythonRobot
+from hardware.drivers.robots.reading_monitors import JumpMonitor, StaleMonitor
 from hardware.drivers.robots.robot_arm import RobotArm, RobotOpener
+from hardware.drivers.robots.watched_robot import WatchedRobot
 from hardware.transport.clock import Clock
 from hardware.transport.device import Device
 from hardware.transport.driver import Timeouts
@@ -47,7 +48,7 @@ class Lagging:
 
     def __init__(self, clock, home):
         self.clock, self.q, self.goal, self.told, self.closed, self.broken, self.load = clock, home.copy(), home.copy(), [], 0, None, 0.1
-        self._last_s, self._stale = 0.0, None
+        self._last_s, self._stale, self.blocked = 0.0, None, None
 
     def __call__(self):
         return self
@@ -67,6 +68,9 @@ class Lagging:
         if self.broken == "stale":
             self._stale = self.q.copy() if self._stale is None else self._stale
             return self._stale
+        if self.broken == "blocked":  # by something soft, so that its encoders go on
+            self.blocked = self.q.copy() if self.blocked is None else self.blocked + 1e-6
+            return self.blocked
         return {"jumps": self.q + 0.9 * ROUND, "short": self.q[:3], "nan": self.q * np.nan, "words": "up"}.get(self.broken, self.q)
 
     def write(self, positions):
@@ -203,16 +207,27 @@ def test_a_jump_is_none_of_the_arms_and_is_neither_logged_nor_held(made):
     assert not jumped or abs(jumped[0] - told[0]) > 0  # the reading of the jump itself is left out; later ones are as they are
 
 
-def test_stale_positions_stop_the_arm_and_it_is_led_back_no_faster_than_it_goes(made):
+def test_stale_positions_stop_the_arm_where_it_was_led(made):
     driver, robot, user, arm = made()
     driver.configure(robot)
     lasts_s = driver.move(arm.home + 0.9 * ROUND, 3.0)
     turns(driver, robot, 0.3)
     user.broken = "stale"
     turns(driver, robot, lasts_s)
-    assert "from where it was led" in driver.held
+    assert "the joints have said the same for 0.3 s" in driver.held
     steps = np.abs(np.diff(np.array(user.told), axis=0))
-    assert np.max(steps) <= arm.joint_speed * 0.05 * 1.02
+    assert np.max(steps) <= arm.joint_speed * 0.05 * 1.02 and user.told[-1][0] - arm.home[0] > 0.02
+
+
+def test_an_arm_that_met_something_is_led_back_no_faster_than_it_goes(made):
+    driver, robot, user, arm = made()
+    driver.configure(robot)
+    lasts_s = driver.move(arm.home + 0.9 * ROUND, 3.0)
+    turns(driver, robot, 0.3)
+    user.broken = "blocked"
+    turns(driver, robot, lasts_s)
+    assert "something is in its way" in driver.held and abs(user.told[-1][0] - user.blocked[0]) < 0.02
+    assert np.max(np.abs(np.diff(np.array(user.told), axis=0))) <= arm.joint_speed * 0.05 * 1.02
 
 
 def test_effort_above_the_limit_stops_it(made):
@@ -268,7 +283,7 @@ def raising():
 def test_what_is_no_arm_is_refused_in_one_paragraph(monkeypatch, target, told):
     user_module(monkeypatch, Two=Two, nothing=lambda: None, number=7, raising=raising)
     with pytest.raises(BadInput, match=told) as caught:
-        RobotOpener(PythonRobot(target, NAMES), target, "").open()
+        RobotOpener(WatchedRobot(PythonRobot(target, NAMES), Clock(1.0)), target, "").open()
     assert "\n" not in str(caught.value)
 
 
@@ -302,6 +317,15 @@ def test_joints_jump_when_they_are_faster_than_led_and_lag():
     assert jumps.check(0.12, np.array([0.0, 0.0])) is None
 
 
+def test_what_stays_the_same_is_stale_only_while_the_arm_is_led():
+    stale, q = StaleMonitor(1.0), np.zeros(2)
+    assert all(stale.check(0.1 * k, q, q) is None for k in range(50))  # it stands
+    assert stale.check(5.1, q, q + 0.02) is None and "led by 3 degrees" in stale.check(5.2, q, q + 0.05)
+    assert stale.check(5.3, q + 1e-9, q + 0.05) is None
+    stale.restart()
+    assert stale.check(9.0, q, q) is None
+
+
 # ---- a call that never returns
 
 
@@ -311,11 +335,11 @@ TIMEOUTS = Timeouts(connect_s=0.3, receive_s=0.1, reconnect_s=0.2, backoff_s=0.0
 @pytest.mark.parametrize("where", ["connect", "poll"])
 def test_a_call_that_does_not_return_ends_the_run_and_is_not_waited_for(where):
     over = threading.Event()
-    robot = SimpleNamespace(close=lambda: None)
-    hang = lambda *_: over.wait(20.0) and robot  # noqa: E731
-    opener = SimpleNamespace(port="my_arm:Arm", advice="Look.", may_hang=True, open=hang if where == "connect" else lambda: robot)
-    driver = SimpleNamespace(key="backend.arm", name="python", configure=lambda _: "arm", poll=hang, release=lambda _: None)
-    device = Device(opener, driver, Mailbox(9), Clock(1.0), TIMEOUTS)
+    hang, clock = lambda: over.wait(20.0), Clock(1.0)
+    hanging = SimpleNamespace(name="python", connect=hang if where == "connect" else lambda: None, read=hang, close=lambda: None)
+    opener = RobotOpener(WatchedRobot(hanging, clock), "my_arm:Arm", "Look.")
+    driver = SimpleNamespace(key="backend.arm", name="python", configure=lambda _: "arm", poll=lambda it: it.read(), release=lambda _: None)
+    device = Device(opener, driver, Mailbox(9), clock, TIMEOUTS)
     device.start()
     began_s = time.monotonic()
     try:

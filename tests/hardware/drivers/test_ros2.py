@@ -11,6 +11,7 @@ import pytest
 from hardware.drivers.robots.robot_arm import RobotOpener
 from hardware.drivers.robots.ros2_options import Ros2Options
 from hardware.drivers.robots.ros2_robot import Ros2Robot
+from hardware.drivers.robots.watched_robot import WatchedRobot
 from hardware.transport.clock import Clock
 from hardware.transport.port import NoAnswer
 from oio.core.errors import BadInput, OioError
@@ -168,7 +169,7 @@ def test_what_is_missing_is_named(graph):
     graph.say(UR, [0.0, 0.0, 0.0])
     graph.listeners = 0
     with pytest.raises(NoAnswer, match=r"no controller listens on /scaled_joint.*list_controllers"):
-        RobotOpener(robot(), COMMANDS, "").open()
+        RobotOpener(WatchedRobot(robot(), Clock(1.0)), COMMANDS, "").open()
     graph.listeners = 1
     graph.say(["a", "b"], [0.0, 0.0])
     ours = robot()
