@@ -15,6 +15,7 @@ from hardware.transport.port import NoAnswer
 from oio.core.errors import BadInput
 
 NODE = "oio_arm"
+REST_S = 0.05  # at a time [host s]: a listener that comes makes no event
 NEWEST = 1  # depth of the queues: an older state, or set-point, is of no use
 
 
@@ -49,17 +50,23 @@ class Ros2Link:
 
     def wait(self, until: Callable[[], bool], within_s: float) -> None:
         """Take what comes in until `until` holds. Raises NoAnswer after within_s [host s]."""
+        if not self._spin(until, within_s):
+            raise NoAnswer(f"no new joint state on {self._states}")
+
+    def wait_for_listener(self, within_s: float) -> None:
+        """Wait until somebody takes the set-points. Raises NoAnswer after within_s [host s]."""
+        if not self._spin(lambda: self._publisher.get_subscription_count() > 0, within_s):
+            raise NoAnswer(f"no controller listens on {self._commands}")
+
+    def _spin(self, until: Callable[[], bool], within_s: float) -> bool:
+        """Take what comes in until `until` holds; return whether it does within within_s [host s]."""
         end_s = time.monotonic() + within_s
         while not until():
             left_s = end_s - time.monotonic()
             if left_s <= 0:
-                raise NoAnswer(f"no new joint state on {self._states}")
-            self._executor.spin_once(timeout_sec=left_s)
-
-    def wait_for_listener(self) -> None:
-        """Raise NoAnswer if nobody listens to the set-points."""
-        if self._publisher.get_subscription_count() == 0:
-            raise NoAnswer(f"no controller listens on {self._commands}; `ros2 control list_controllers` says which are active")
+                return False
+            self._executor.spin_once(timeout_sec=min(left_s, REST_S))
+        return True
 
     def publish(self, message: Any) -> None:
         """Send a set-point."""

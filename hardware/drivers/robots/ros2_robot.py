@@ -14,7 +14,7 @@ from hardware.transport.clock import Clock, DeviceClock
 from oio.core.errors import OioError
 from oio.core.records import SECOND_NS, Array
 
-FIRST_S, NEXT_S = 1.0, 0.1  # a joint state is waited for, at most [host s]
+FIRST_S, NEXT_S = 2.0, 0.1  # the other side, and a joint state, are waited for, at most [host s]
 ADVICE = "`ros2 topic hz` says whether joint states come, `ros2 control list_controllers` whether the controller is active."
 
 
@@ -39,7 +39,7 @@ class Ros2Robot:
         """See `Robot`."""
         self._link = foreign_call("rclpy", lambda: Ros2Link(self._options.states, self._commands, self._command_type, self._heard))
         self._wait(FIRST_S)
-        self._link.wait_for_listener()
+        self._link.wait_for_listener(FIRST_S)
 
     def describe(self) -> str:
         """See `Robot`."""

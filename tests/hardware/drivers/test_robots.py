@@ -22,6 +22,7 @@ from oio.core.records import nanoseconds, seconds
 from oio.gas.source import unlocked
 
 PERIOD_S = 0.008
+TIMEOUTS = Timeouts(connect_s=0.3, receive_s=0.1, reconnect_s=0.2, backoff_s=0.02, backoff_max_s=0.1)
 ROUND = np.array([1.0, 0.0, 0.0, 0.0, 0.0])  # about the base: the nose keeps its height
 
 
@@ -326,10 +327,70 @@ def test_what_stays_the_same_is_stale_only_while_the_arm_is_led():
     assert stale.check(9.0, q, q) is None
 
 
+# ---- in a thread, in real time
+
+
+class Failing(Lagging):
+    """A link that is away for a while; counts its connections."""
+
+    def __init__(self, clock, home):
+        super().__init__(SimpleNamespace(now_ns=clock.now_ns, sleep=lambda s: None), home)
+        self.connections, self.is_away = 0, False
+
+    def __call__(self):
+        if self.is_away:
+            raise ConnectionRefusedError("nobody at 10.0.0.7")
+        self.connections += 1
+        return self
+
+    def read(self):
+        self.broken = "link" if self.is_away else None
+        return super().read()
+
+
+def until(what, within_s=10.0):
+    end_s = time.monotonic() + within_s
+    while not what() and time.monotonic() < end_s:
+        time.sleep(0.01)
+    assert what()
+
+
+@pytest.fixture
+def threaded(built, monkeypatch):
+    """threaded() gives (device, driver, the user's object), running."""
+    clock, arm = Clock(1.0), built("arm", "dof=3")
+    user = Failing(clock, unlocked(arm).home)
+    monkeypatch.setitem(sys.modules, "my_arm", SimpleNamespace(Arm=lambda: user()))
+    words = ["backend=serial", "backend.nose.driver=line", "backend.nose.port=none", "backend.arm.port=my_arm:Arm"]
+    port, box = built("backend.arm", *words, "backend.arm.driver=python"), Mailbox(10**6)
+    driver = port.live(arm, built("safety"), box, clock)
+    device = Device(port.opener(driver), driver, box, clock, Timeouts(**(vars(TIMEOUTS) | {"connect_s": 10.0, "reconnect_s": 2.0})))
+    device.start()
+    until(lambda: driver.counts()["rounds"] > 3 or device.error)
+    yield device, driver, user
+    device.stop()
+
+
+def test_a_link_that_comes_back_is_connected_anew_and_the_arm_goes_on(threaded):
+    device, driver, user = threaded
+    assert device.identity == "lab arm 7, firmware 5.1" and user.connections == 1
+    user.is_away = True
+    until(lambda: device.lost)
+    user.is_away, rounds = False, driver.counts()["rounds"]
+    until(lambda: driver.counts()["rounds"] > rounds + 3)
+    device.check()
+    assert user.connections == 2 and user.closed >= 1 and driver.held is None and device.news[0][0] == "gap"
+
+
+def test_a_link_that_stays_away_ends_the_run_with_its_own_words(threaded):
+    device, _, user = threaded
+    user.is_away = True
+    until(lambda: device.error is not None)
+    with pytest.raises(DeviceLost, match=r"did not answer for 2 s \(.*ConnectionRefusedError: nobody at 10\.0\.0\.7.*Look at what your"):
+        device.check()
+
+
 # ---- a call that never returns
-
-
-TIMEOUTS = Timeouts(connect_s=0.3, receive_s=0.1, reconnect_s=0.2, backoff_s=0.02, backoff_max_s=0.1)
 
 
 @pytest.mark.parametrize("where", ["connect", "poll"])

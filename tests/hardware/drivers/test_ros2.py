@@ -168,7 +168,7 @@ def test_what_is_missing_is_named(graph):
         robot().connect()
     graph.say(UR, [0.0, 0.0, 0.0])
     graph.listeners = 0
-    with pytest.raises(NoAnswer, match=r"no controller listens on /scaled_joint.*list_controllers"):
+    with pytest.raises(NoAnswer, match="no controller listens on /scaled_joint"):
         RobotOpener(WatchedRobot(robot(), Clock(1.0)), COMMANDS, "").open()
     graph.listeners = 1
     graph.say(["a", "b"], [0.0, 0.0])
