@@ -78,7 +78,7 @@ class ArmPort(ServoControl):
             return None
         if self.driver in BUSES:
             return ServoArm(BUSES[self.driver](), self, arm, safety, mailbox, clock)
-        return RobotArm(self._robot(arm, clock), self, arm, safety, mailbox, clock)
+        return RobotArm(self.robot(arm, clock), self, arm, safety, mailbox, clock)
 
     def opener(self, driver: ServoArm | RobotArm) -> Opener[Any]:
         """Return the way to the arm of a driver."""
@@ -86,7 +86,8 @@ class ArmPort(ServoControl):
             return SerialOpener(str(self.port), driver)
         return RobotOpener(driver.robot, str(self.port), ADVICE[self.driver])
 
-    def _robot(self, arm: Arm, clock: Clock) -> Robot:
+    def robot(self, arm: Arm, clock: Clock) -> Robot:
+        """Create the robot of a driver that another program commands, not yet connected. Raises BadInput for words that do not fit."""
         port = str(self.port)
         if self.driver == "python":
             return PythonRobot(port, arm.all_names)
