@@ -26,8 +26,8 @@ from hydra.utils import instantiate
 
 from hardware.cli_args import key_values, run_tool, whole_number
 from hardware.drivers.servos.bus import Bus
+from hardware.drivers.servos.buses import BUSES
 from hardware.drivers.servos.homing_procedure import run_procedure
-from hardware.drivers.servos.port import BUSES
 from hardware.transport.discovery import resolve_port
 from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
 from oio.cli import terminal

@@ -20,10 +20,10 @@ from hardware.drivers.noses.line import Line, Sentence
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.drivers.noses.scd30 import Scd30
 from hardware.drivers.noses.scd41 import Scd41
-from hardware.drivers.servos.port import BUSES
+from hardware.drivers.servos.buses import BUSES
 from hardware.transport.clock import Clock
 from hardware.transport.discovery import port_name
-from hardware.transport.driver import Driver
+from hardware.transport.driver import SerialDriver
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import NoAnswer, Unplugged, open_port
 from oio.cli import terminal
@@ -65,7 +65,7 @@ def asked_all(path: str, name: str) -> list[tuple[str, str]]:
     return []
 
 
-def noses() -> Iterator[Driver]:
+def noses() -> Iterator[SerialDriver]:
     """Yield one driver of each kind, for identification only; the one that waits for a booting device last."""
     intake, clock = ReadingFilter(Mailbox(1), 2, 1.0, 2), Clock(1.0)
     yield Scd30(intake, clock, 1.0)
@@ -73,7 +73,7 @@ def noses() -> Iterator[Driver]:
     yield Line(intake, clock, Sentence("NOSE", ("ms", "active", "adcA", "adcB"), "AB", 0), 1.0)
 
 
-def _answer(path: str, baud: int, driver: Driver) -> str | None:
+def _answer(path: str, baud: int, driver: SerialDriver) -> str | None:
     interrupt.check()
     try:
         wire = open_port(path, baud, "port")

@@ -29,7 +29,12 @@ FEW = {
     "navigate": ("stage.navigate.max_moves=6",),
 }
 NOT_RUN = {"git", "sudo", "pre-commit", ".venv/bin/pre-commit"}  # they change the machine or the repository
-ENDLESS = {"hardware.emulate", "hardware.home", "hardware.ports"}  # wait for a person or for parts; their modules must be there
+ENDLESS = {
+    "hardware.emulate",
+    "hardware.home",
+    "hardware.joints",
+    "hardware.ports",
+}  # wait for a person or for parts; their modules must be there
 
 
 def blocks(page):

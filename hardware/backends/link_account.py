@@ -1,11 +1,12 @@
 """Link statistics of a live world: every frame and sample, the evenness of the joints, the latency from a last byte to the belief."""
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 
-from hardware.drivers.servos.fixed_mount import FixedMount
-from hardware.drivers.servos.servo_arm import ServoArm
+from hardware.drivers.arms.arm_driver import ArmDriver
+from hardware.drivers.arms.fixed_mount import FixedMount
 from hardware.transport.device import Device
 from hardware.transport.mailbox import Mailbox
 from oio.core.records import GasSample, JointState, seconds
@@ -16,7 +17,7 @@ LATENCIES = 10_000  # kept
 class LinkAccount:
     """Counts what a live world delivers."""
 
-    def __init__(self, devices: list[Device], mover: ServoArm | FixedMount, mailbox: Mailbox) -> None:
+    def __init__(self, devices: list[Device[Any]], mover: ArmDriver[Any] | FixedMount, mailbox: Mailbox) -> None:
         self._devices, self._mover, self._mailbox = devices, mover, mailbox
         self._delivered, self._delivered_homing, self._late = {"gas": 0, "joints": 0}, {"gas": 0, "joints": 0}, 0
         self._latencies_s = deque[float](maxlen=LATENCIES)
@@ -44,7 +45,7 @@ class LinkAccount:
     def __str__(self) -> str:
         """All of it as one line for the log."""
         parts = [_of_device(device) for device in self._devices]
-        if isinstance(self._mover, ServoArm):
+        if isinstance(self._mover, ArmDriver):
             parts.append(f"joints {self._mover.jitter}, {self._mover.health_summary}")
         delivered, homing, waiting = self._delivered, self._delivered_homing, (len(self._mailbox.gas), len(self._mailbox.joints))
         parts.append(f"taken {delivered['gas']} gas {delivered['joints']} joints, waiting {waiting[0]} and {waiting[1]}")
@@ -56,6 +57,6 @@ class LinkAccount:
         return "; ".join(parts)
 
 
-def _of_device(device: Device) -> str:
+def _of_device(device: Device[Any]) -> str:
     counts = ", ".join(f"{key} {value}" for key, value in sorted(device.driver.counts().items()))
     return f"{device.driver.key} {device.driver.name}: {counts}, opened anew {device.reconnects}, away {seconds(device.away_ns):.1f} s"

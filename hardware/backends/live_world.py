@@ -4,14 +4,14 @@ import time
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from hardware.backends.link_account import LinkAccount
 from hardware.backends.reorder_buffer import ReorderBuffer
-from hardware.drivers.servos.fixed_mount import FixedMount
-from hardware.drivers.servos.servo_arm import ServoArm
+from hardware.drivers.arms.arm_driver import ArmDriver
+from hardware.drivers.arms.fixed_mount import FixedMount
 from hardware.drivers.valves.port import SOURCES, Valve
 from hardware.transport.clock import Clock
 from hardware.transport.device import Device
@@ -32,9 +32,9 @@ ACCOUNT_NS = nanoseconds(1.0)  # period of the account
 class LiveDevices(NamedTuple):
     """Devices at the ports. `arm` is the thread of `mover`; None if the nose is at a fixed position."""
 
-    nose: Device
-    arm: Device | None
-    mover: ServoArm | FixedMount
+    nose: Device[Any]
+    arm: Device[Any] | None
+    mover: ArmDriver[Any] | FixedMount
     valve: Valve
 
 
@@ -63,7 +63,7 @@ class LiveWorld:
 
     def guard_account(self) -> GuardAccount | None:
         """What the arm was held to so far; None without an arm that moves."""
-        return self._mover.guard_account() if isinstance(self._mover, ServoArm) else None
+        return self._mover.guard_account() if isinstance(self._mover, ArmDriver) else None
 
     def go_home(self, at_least_s: float) -> None:
         """First move, to the home pose; its samples are discarded."""
@@ -123,8 +123,8 @@ class LiveWorld:
         """Raise on a requested stop, a lost device or a held arm; also a source of joint states for a fixed mount."""
         interrupt.check()
         for device in (self._nose, self._arm):
-            if device is not None and device.error is not None:
-                raise device.error
+            if device is not None:
+                device.check()
         if isinstance(self._mover, FixedMount):
             for state in self._mover.until(self._clock.now_ns()):
                 self._mailbox.put(StampedSample(state, state.t_ns))

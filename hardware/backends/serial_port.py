@@ -5,18 +5,18 @@ import math
 import os
 import sys
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from hardware.backends.live_world import LiveDevices, LiveWorld
+from hardware.drivers.arm_port import ArmPort
+from hardware.drivers.arms.fixed_mount import FixedMount
 from hardware.drivers.noses.port import NosePort
-from hardware.drivers.servos.fixed_mount import FixedMount
-from hardware.drivers.servos.port import NONE, ArmPort
-from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.drivers.valves.port import ValvePort
 from hardware.transport.clock import Clock
 from hardware.transport.device import Device
 from hardware.transport.driver import Timeouts
 from hardware.transport.mailbox import Mailbox
+from hardware.transport.opener import SerialOpener
 from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
@@ -51,19 +51,20 @@ class SerialPort:
         """Find the ports, configure the devices and move the arm home. Raises BadInput or OioError naming a device that does not answer."""
         self._refuse_emulator_settings()
         clock, mailbox = Clock(self.speed), Mailbox(self.queue)
-        nose = Device(self.nose.port, self.nose.live(self.sensor, clock, mailbox), mailbox, clock, self.timeouts)
-        servos = self._servos(mailbox, clock)
-        arm = None if servos is None else Device(str(self.arm.port), servos, mailbox, clock, self.timeouts)
-        devices = [nose] if arm is None else [nose, arm]
+        sniffer = self.nose.live(self.sensor, clock, mailbox)
+        nose = Device(SerialOpener(self.nose.port, sniffer), sniffer, mailbox, clock, self.timeouts)
+        led = self.arm.live(self.kinematics, self.safety, mailbox, clock)
+        arm = None if led is None else Device(self.arm.opener(led), led, mailbox, clock, self.timeouts)
+        devices: list[Device[Any]] = [nose] if arm is None else [nose, arm]
         sys.setswitchinterval(SWITCH_S)
         with self.valve.open(self.timeouts) as valve:
             try:
                 for device in devices:
                     _start(device)
-                mover = servos or FixedMount(self.kinematics, self.arm.period_s)
+                mover = led or FixedMount(self.kinematics, self.arm.period_s)
                 places_m = {"beacon": self.beacon.position, "source": self.source.position}
                 bench = LiveWorld(LiveDevices(nose, arm, mover, valve), clock, mailbox, self.kinematics, places_m, self.reorder_s)
-                if servos is not None and servos.distance_from_home_rad > math.radians(self.arm.hands_off_deg):
+                if led is not None and led.distance_from_home_rad > math.radians(self.arm.hands_off_deg):
                     _hands_off(bench, self.arm.hands_off_s)
                 bench.go_home(self.arm.home_s)
                 yield bench
@@ -71,30 +72,21 @@ class SerialPort:
                 for device in reversed(devices):  # first the arm, last the valve
                     device.stop()
 
-    def _servos(self, mailbox: Mailbox, clock: Clock) -> ServoArm | None:
-        if self.arm.driver == NONE:
-            return None
-        return ServoArm(self.arm, self.kinematics, self.safety, mailbox, clock)
-
     def _refuse_emulator_settings(self) -> None:
         """Refuse, for real parts, what only emulators accept: another speed, faster sampling, an arm without homing."""
-        nose, arm = (port if port is not None and not os.path.realpath(port).startswith("/dev/pts/") else None for port in self._ports)
-        if self.speed != 1.0 and (nose or arm):
+        nose, arm = None if os.path.realpath(self.nose.port).startswith("/dev/pts/") else self.nose.port, self.arm.real_port
+        if self.speed != 1.0 and (nose or (arm and not self.arm.may_hurry)):
             raise BadInput(f"backend.speed={self.speed:g} was given, but {nose or arm} is real, and so is its time. Type backend.speed=1.")
         if nose and self.sensor.sample_s < self.nose.least_s:
             raise BadInput(
                 f"sensor={self.sensor.name} is to be sampled every {self.sensor.sample_s:g} s, but backend.nose.driver={self.nose.driver} "
                 f"gives a value every {self.nose.least_s:g} s. Type profile=datasheet stage.navigate.max_s=600."
             )
-        if arm and self.kinematics.homed is None:
+        if arm and self.kinematics.homed is None and not self.arm.knows_its_zeros:
             raise BadInput(
                 f"backend.arm.port={arm} was given without arm.homing, but the zeros of its servos are not known without it. Type "
                 f"python -m hardware.home port={arm} out=homing.json first, then arm.homing=homing.json."
             )
-
-    @property
-    def _ports(self) -> tuple[str, str | None]:
-        return self.nose.port, self.arm.port if self.arm.driver != NONE else None
 
 
 def _hands_off(bench: LiveWorld, for_s: float) -> None:
@@ -103,9 +95,9 @@ def _hands_off(bench: LiveWorld, for_s: float) -> None:
         interrupt.check()
 
 
-def _start(device: Device) -> None:
+def _start(device: Device[Any]) -> None:
     device.start()
     while not device.ready.wait(0.1):
         interrupt.check()
-    if device.error is not None:
-        raise device.error
+        device.check()
+    device.check()

@@ -58,10 +58,10 @@ class DeviceClock:
 
     def _reset(self) -> None:
         self._points: deque[tuple[float, float]] = deque(maxlen=BLOCKS)  # (device s, arrival - device s) of least delay per block
-        self._wraps, self._last_ms = 0, -1
+        self._wraps, self._last_ms = 0, -1.0
         self.skew, self._offset_s = 0.0, 0.0
 
-    def to_world_ns(self, device_ms: int, arrived_ns: int) -> int:
+    def to_world_ns(self, device_ms: float, arrived_ns: int) -> int:
         """Convert a frame's device time stamp [ms] to world time [ns]: later than the previous one, not later than its arrival."""
         if self._last_ms - device_ms > WRAP_MS // 2:
             self._wraps += 1
@@ -78,7 +78,7 @@ class DeviceClock:
         self._last_ns = max(min(at_ns, arrived_ns), self._last_ns + 1)
         return self._last_ns
 
-    def _device_s(self, device_ms: int) -> float:
+    def _device_s(self, device_ms: float) -> float:
         return 1e-3 * (device_ms + self._wraps * WRAP_MS)
 
     def _fitted_offset_s(self, device_s: float) -> float:

@@ -1,7 +1,7 @@
 """The protocol of a device driver, and how long to wait for a device."""
 
 from collections import Counter
-from typing import Annotated, Protocol
+from typing import Annotated, Protocol, TypeVar
 
 from hardware.transport.port import Wire
 from oio.core.settings import Within, settings
@@ -20,29 +20,46 @@ class Timeouts:
     backoff_max_s: Annotated[float, Within(0.01, 60)]  # up to this maximum
 
 
-class Driver(Protocol):
-    """Protocol of a device driver. Every method raises Unplugged when the port is gone and NoAnswer on a time-out of the device."""
+class Connection(Protocol):
+    """Protocol of what a driver speaks over: an open port, or another program's arm."""
+
+    def close(self) -> None:
+        """Close it; never raises."""
+        ...
+
+
+C = TypeVar("C", bound=Connection)
+C_contra = TypeVar("C_contra", contravariant=True)
+
+
+class Driver(Protocol[C_contra]):
+    """Protocol of a device driver over connections C. Every method raises Unplugged when they are gone and NoAnswer on a time-out."""
 
     key: str  # config key: backend.nose
     name: str  # value of KEY.driver=
-    baud: int
 
-    def identify(self, wire: Wire) -> str | None:
-        """Return a description of the device if it is of this driver's kind, else None."""
+    def configure(self, connection: C_contra, /) -> str | None:
+        """Configure the device; return what it says of itself. Called each time the connection was opened."""
         ...
 
-    def configure(self, wire: Wire) -> str | None:
-        """Configure the device; return what it says of itself, as `identify`. Called each time the port was opened."""
-        ...
-
-    def poll(self, wire: Wire) -> bool:
+    def poll(self, connection: C_contra, /) -> bool:
         """Do one polling cycle and put its samples into the mailbox; return whether the device answered."""
         ...
 
-    def release(self, wire: Wire) -> None:
-        """Put the device into its final state, before the port is closed."""
+    def release(self, connection: C_contra, /) -> None:
+        """Put the device into its final state, before the connection is closed."""
         ...
 
     def counts(self) -> Counts:
         """Link statistics so far: frames good, corrupt, lost, late, bytes skipped, and whatever else the driver counts."""
+        ...
+
+
+class SerialDriver(Driver[Wire], Protocol):
+    """Protocol of the driver of a device at a serial port."""
+
+    baud: int
+
+    def identify(self, wire: Wire) -> str | None:
+        """Return a description of the device if it is of this driver's kind, else None."""
         ...

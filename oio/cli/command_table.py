@@ -17,5 +17,6 @@ COMMANDS = {
     "bench": ("oio.bench", "accuracy, drift, filters and worlds over many seeds"),
     "ports": ("hardware.ports", "which device answers at which serial port"),
     "home": ("hardware.home", "zeros and directions of an arm's servos"),
+    "joints": ("hardware.joints", "what an arm that another program commands says of its joints"),
     "emulate": ("hardware.emulate", "devices that speak the real frames, with a simulated bench behind them"),
 }

@@ -5,7 +5,7 @@ from typing import Annotated
 from hardware.drivers.noses import line, scd30, scd41
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.transport.clock import Clock
-from hardware.transport.driver import Driver
+from hardware.transport.driver import SerialDriver
 from hardware.transport.mailbox import Mailbox
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
@@ -43,7 +43,7 @@ class NosePort:
         """Shortest update period of the real part [s]; 0 if it has no limit."""
         return {"scd30": scd30.INTERVAL_S[0], "scd41": scd41.LEAST_S}.get(self.driver, 0.0)
 
-    def live(self, sensor: Sensor, clock: Clock, mailbox: Mailbox) -> Driver:
+    def live(self, sensor: Sensor, clock: Clock, mailbox: Mailbox) -> SerialDriver:
         """Create the driver for `sensor`. Raises BadInput if the driver does not fit the sensor."""
         bits = getattr(sensor, "adc_bits", None)
         if (self.driver == "line") != (bits is not None):

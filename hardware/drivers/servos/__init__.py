@@ -1,4 +1,4 @@
-"""Drivers of servo arms: one bus per maker, one arm over any bus; `port.ArmPort` selects the driver and its port.
+"""Drivers of servo arms: one bus per maker, one arm over any bus.
 
-May import: `hardware.transport`, `hardware.codecs`, `oio`. May not import: noses, valves, worlds.
+May import: `hardware.drivers.arms`, `hardware.transport`, `hardware.codecs`, `oio`. May not import: robots, noses, valves, worlds.
 """

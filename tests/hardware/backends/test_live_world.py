@@ -25,7 +25,7 @@ def bench():
 
     clock.now_ns = now_ns
     driver = SimpleNamespace(key="backend.nose", name="line", counts=dict)
-    nose = SimpleNamespace(error=None, news=[], driver=driver, reconnects=0, away_ns=0)
+    nose = SimpleNamespace(check=lambda: None, news=[], driver=driver, reconnects=0, away_ns=0)
     mover = SimpleNamespace(heartbeat=lambda: None, held=None)
     valve = SimpleNamespace(poll=lambda: None)
     live = LiveWorld(LiveDevices(nose, None, mover, valve), clock, box, None, {}, HOLD_S)

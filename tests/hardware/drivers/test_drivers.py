@@ -13,10 +13,9 @@ from hardware.codecs import dynamixel, modbus, sts
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.drivers.noses.scd30 import INTERVAL, Scd30
 from hardware.drivers.noses.scd41 import Scd41
+from hardware.drivers.servos.buses import BUSES
 from hardware.drivers.servos.dynamixel import Dynamixel
 from hardware.drivers.servos.feetech import Feetech
-from hardware.drivers.servos.port import BUSES
-from hardware.drivers.servos.servo_arm import ServoArm
 from hardware.emulators.device import Electronics
 from hardware.emulators.dynamixel import CURRENT_LIMIT
 from hardware.emulators.dynamixel import Dynamixel as DynamixelBus
@@ -164,7 +163,7 @@ def test_an_old_goal_never_makes_an_arm_jump(built, composed, monkeypatch, bus_o
     serial = composed("backend=serial", "backend.nose.driver=line", "backend.nose.port=none", "backend.arm.driver=feetech")
     port = instantiate(serial.backend.arm, port="/dev/null", tracking_error_s=0.2)
     flat = replace(built("arm"), home_rad=(0.0,) * 5, box_low_m=(-9.0,) * 3, box_high_m=(9.0,) * 3)
-    arm = ServoArm(port, flat, built("safety"), Mailbox(9), Stepped())
+    arm = port.live(flat, built("safety"), Mailbox(9), Stepped())
     with pytest.raises(NoAnswer, match="servo 1 was given the goal 2048, but has 2748"):
         arm.configure(wire)
     assert steered == [] and not bus.health(wire, 1).holds

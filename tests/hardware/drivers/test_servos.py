@@ -7,12 +7,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from hardware.drivers.arm_port import ArmPort
+from hardware.drivers.arms.fixed_mount import FixedMount
+from hardware.drivers.arms.jitter import Jitter
+from hardware.drivers.arms.tracking_error import TrackingErrorMonitor
+from hardware.drivers.robots.lerobot_options import LerobotOptions
+from hardware.drivers.robots.ros2_options import Ros2Options
 from hardware.drivers.servos.bus import ServoHealth, ServoState
-from hardware.drivers.servos.fixed_mount import FixedMount
-from hardware.drivers.servos.jitter import Jitter
-from hardware.drivers.servos.port import BUSES, ArmPort
-from hardware.drivers.servos.servo_arm import ServoArm
-from hardware.drivers.servos.tracking_error import TrackingErrorMonitor
+from hardware.drivers.servos.buses import BUSES
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import NoAnswer
 from oio.core.errors import BadInput, OioError
@@ -84,7 +86,8 @@ class Stepped:
 PORT = {
     "driver": "feetech", "port": "/dev/null", "period_s": 0.008, "tracking_error_deg": 10.0, "tracking_error_s": 0.2,
     "home_s": 3.0, "hands_off_deg": 5.73, "hands_off_s": 3.0, "moved_by_hand_deg": 5.0, "health_every": 20, "fault_cycles": 20,
-    "torque_off_at_end": False,
+    "torque_off_at_end": False, "joint_names": None, "lerobot": LerobotOptions(type=None, id=None, options={}),
+    "ros2": Ros2Options(states="/joint_states", message="trajectory", lead_periods=3.0, full_effort=None),
 }  # fmt: skip
 
 
@@ -98,8 +101,8 @@ def made(built, monkeypatch):
         bus = Servos(np.rint(2048 + home * 4096 / (2 * np.pi)).astype(int))
         bus.clock = clock = Stepped()
         monkeypatch.setitem(BUSES, "feetech", lambda: bus)
-        monkeypatch.setattr("hardware.drivers.servos.servo_arm.time", clock)
-        return ServoArm(ArmPort(**(PORT | port)), arm, safety, Mailbox(10**6), clock), bus, arm
+        monkeypatch.setattr("hardware.drivers.arms.arm_driver.time", clock)
+        return ArmPort(**(PORT | port)).live(arm, safety, Mailbox(10**6), clock), bus, arm
 
     return make
 
@@ -349,7 +352,7 @@ def test_astray_is_far_and_for_long():
 @pytest.mark.parametrize(
     "given, words",
     [
-        ({"driver": "ax12"}, "feetech, dynamixel, none"),
+        ({"driver": "ax12"}, "feetech, dynamixel, python, lerobot, ros2, none"),
         ({"port": None}, r"has no port.*hardware\.ports"),
         ({"period_s": 1.0}, "0.005 to 0.1"),
     ],

@@ -22,6 +22,7 @@ from hardware.transport.clock import JUMP_S, WRAP_MS, Clock, DeviceClock, suspen
 from hardware.transport.device import Device
 from hardware.transport.driver import Timeouts
 from hardware.transport.mailbox import Mailbox, StampedSample
+from hardware.transport.opener import SerialOpener
 from hardware.transport.port import NoAnswer, Unplugged, open_port
 from hardware.transport.request import request, request_until
 from oio.core.errors import BadInput, OioError
@@ -310,12 +311,17 @@ class Answering(threading.Thread):
             time.sleep(0.002)
 
 
+def echo_device(port):
+    driver = Echo()
+    return Device(SerialOpener(port, driver), driver, Mailbox(10), Clock(1.0), TIMEOUTS)
+
+
 @pytest.fixture
 def bench(tmp_path):
     """A running echo device and its thread."""
     there = Answering(str(tmp_path / "nose"))
     there.start()
-    device = Device(str(tmp_path / "nose"), Echo(), Mailbox(10), Clock(1.0), TIMEOUTS)
+    device = echo_device(str(tmp_path / "nose"))
     device.start()
     assert device.ready.wait(2.0)
     yield there, device
@@ -390,13 +396,13 @@ def test_leaving_says_goodbye_and_lets_the_port_go(bench, tmp_path):
 
 
 def test_a_device_that_was_never_started_can_be_left(tmp_path):
-    device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), TIMEOUTS)
+    device = echo_device(str(tmp_path / "nothing"))
     device.stop()
     assert device.error is None and device.driver.ended == 0
 
 
 def test_a_port_that_never_was_is_refused_at_once(tmp_path):
-    device = Device(str(tmp_path / "nothing"), Echo(), Mailbox(10), Clock(1.0), TIMEOUTS)
+    device = echo_device(str(tmp_path / "nothing"))
     device.start()
     assert device.ready.wait(1.0) and isinstance(device.error, BadInput)
     device.stop()

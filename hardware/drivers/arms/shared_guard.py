@@ -1,11 +1,12 @@
-"""Guard of a servo arm, shared between the thread that polls the servos and the threads that command the arm."""
+"""Guard of an arm, shared between the thread that reads and leads it and the threads that command it."""
 
 import math
 import threading
 
 import numpy as np
 
-from hardware.drivers.servos.port import ArmPort
+from hardware.drivers.arms.control import ArmControl
+from hardware.drivers.arms.joint_reading import JointReading
 from hardware.transport.clock import Clock
 from oio.core.errors import OioError
 from oio.core.records import Array, seconds
@@ -18,12 +19,18 @@ MAX_SUSPENDED_S = 1.0  # a host that was suspended for longer does not know what
 
 
 class SharedGuard:
-    """Guard behind a lock, for all joints: locked ones are held at home. After a fault the measured pose is held, not the set-point."""
+    """Guard behind a lock, for all joints: locked ones are held at home. After a fault the measured pose is held, not the set-point.
 
-    def __init__(self, port: ArmPort, arm: Arm, safety: SafetyLimits, clock: Clock) -> None:
-        self._whole, self._clock = unlocked(arm), clock
-        self._locked, self._moved_by_hand_rad = np.array(arm.home_rad[arm.dof :]), math.radians(port.moved_by_hand_deg)
-        self._lock, self._guard = threading.Lock(), Guard(self._whole, safety, port.period_s, arm.dof)
+    `elsewhere`: what to do if the arm stands elsewhere than it says. `hold_step_rad`: the set-point goes to a pose that is held by steps of
+    this size at most, where what the arm says may be wrong.
+    """
+
+    def __init__(
+        self, control: ArmControl, arm: Arm, safety: SafetyLimits, clock: Clock, elsewhere: str, hold_step_rad: float = math.inf
+    ) -> None:  # fmt: skip
+        self._whole, self._clock, self._elsewhere, self._hold_step_rad = unlocked(arm), clock, elsewhere, hold_step_rad
+        self._locked, self._moved_by_hand_rad = np.array(arm.home_rad[arm.dof :]), math.radians(control.moved_by_hand_deg)
+        self._lock, self._guard = threading.Lock(), Guard(self._whole, safety, control.period_s, arm.dof)
         self.begun = False
         self.set_point = self._whole.home  # (n,) rad, the last one that `next_set_point` gave
         self._held_pose_rad: Array | None = None  # measured pose held after a fault, so as not to press on against an obstacle
@@ -49,18 +56,24 @@ class SharedGuard:
                 self._guard.heartbeat(seconds(gas_ns), NOSE)
             if self._clock.suspended_s > MAX_SUSPENDED_S:
                 self._guard.stop("the computer was suspended")
-            self.set_point = self._guard.set_point(self._now_s()) if self._held_pose_rad is None else self._held_pose_rad
+            goal = self._guard.set_point(self._now_s())
+            self.set_point = goal if self._held_pose_rad is None else self._step_toward(self._held_pose_rad)
         return self.set_point
 
-    def report(self, t_s: float, q: Array, load: Array, temperature_degc: Array, fault: str | None) -> None:
-        """Take the state of the servos at t_s [s]: joints (n,) rad, loads (n,), temperatures (n,), a confirmed fault. May stop the arm."""
+    def _step_toward(self, held: Array) -> Array:
+        step = held - self.set_point
+        longest = float(np.max(np.abs(step)))
+        return held if longest <= self._hold_step_rad else self.set_point + step * (self._hold_step_rad / longest)
+
+    def report(self, t_s: float, reading: JointReading) -> None:
+        """Take what the arm said of its joints at t_s [s]. May stop the arm."""
         with self._lock:
             was_free = self._guard.held is None
-            self._guard.report_load(t_s, load, temperature_degc)
-            if fault is not None:
-                self._guard.stop(fault)
-            if was_free and self._guard.held is not None:
-                self._held_pose_rad = np.clip(q, self._whole.low_rad, self._whole.high_rad)
+            self._guard.report_load(t_s, reading.load, reading.temperature_degc)
+            if reading.fault is not None:
+                self._guard.stop(reading.fault)
+            if was_free and self._guard.held is not None and reading.is_plausible:
+                self._held_pose_rad = np.clip(reading.q, self._whole.low_rad, self._whole.high_rad)
 
     def move(self, goal: Array, over_s: float) -> float:
         """Start a move of the unlocked joints to goal (n,) rad; return its duration [s]. Raises what the guard refuses."""
@@ -103,6 +116,5 @@ class SharedGuard:
             home = ", ".join(f"{math.degrees(angle):.0f}" for angle in self._whole.home_rad)
             raise OioError(
                 f"the arm stands at {degrees} degrees, nose at {np.round(self._whole.nose(q), 2).tolist()} m, where it may not be. It was "
-                f"not switched on. Put it by hand near its home ({home} degrees) and start again; if it stands there, home it anew "
-                f"(python -m hardware.home)."
+                f"not switched on. Put it by hand near its home ({home} degrees) and start again; {self._elsewhere}."
             )

@@ -1,0 +1,53 @@
+"""`python -m hardware.joints`: what an arm says is shown, and it is led nowhere."""
+
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hardware import joints
+from oio.core.errors import BadInput, OioError
+
+WORDS = ["arm=ur5e", "dof=6", "backend.arm.driver=python", "backend.arm.port=their_arm:arm"]
+
+
+@pytest.fixture
+def theirs(monkeypatch, built):
+    home, closed = np.array(built("arm", "arm=ur5e", "dof=6").home_rad), []
+
+    def write(positions):
+        raise AssertionError("it was led")
+
+    arm = SimpleNamespace(
+        read=lambda: home, write=write, close=lambda: closed.append(True), describe=lambda: "UR5e [serial 7]", closed=closed
+    )
+    arm.effort = lambda: [0.25] * 6
+    monkeypatch.setitem(sys.modules, "their_arm", SimpleNamespace(arm=arm))
+    monkeypatch.setattr("hardware.joints.FOR_S", 0.2)
+    return arm
+
+
+def test_joints_and_nose_are_shown_and_nothing_is_written(theirs, capsys):
+    joints.main(WORDS)
+    told = capsys.readouterr().out
+    assert "UR5e [serial 7]: " in told and "shoulder_lift" in told and "-77.35" in told and "25 %" in told and "-180 to 180" in told
+    assert "The nose is at [0.34, " in told and "where it may stand" in told and theirs.closed == [True]
+
+
+def test_an_arm_elsewhere_is_said_to_be_so(theirs, capsys):
+    theirs.read = lambda: [0.0] * 6
+    joints.main(WORDS)
+    assert "where it may NOT stand" in capsys.readouterr().out
+
+
+def test_what_is_wrong_is_said_and_the_arm_let_go(theirs):
+    def refuses():
+        raise ConnectionRefusedError("nobody at 10.0.0.7")
+
+    theirs.read = refuses
+    with pytest.raises(OioError, match=r"their_arm:arm does not answer: .*ConnectionRefusedError: nobody at 10\.0\.0\.7"):
+        joints.main(WORDS)
+    assert theirs.closed == [True]
+    with pytest.raises(BadInput, match="it can be python, lerobot, ros2; of servos"):
+        joints.main([*WORDS[:2], "backend.arm.driver=feetech", "backend.arm.port=/dev/null"])
