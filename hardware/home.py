@@ -24,13 +24,13 @@ startup.handle_signals(__name__)
 import hydra
 from hydra.utils import instantiate
 
-from hardware.cli_args import key_values, run_tool, whole_number
 from hardware.drivers.servos.bus import Bus
 from hardware.drivers.servos.buses import BUSES
 from hardware.drivers.servos.homing_procedure import run_procedure
 from hardware.transport.discovery import resolve_port
 from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
 from oio.cli import terminal
+from oio.cli.tool_args import key_values, run_tool, whole_number
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF
 from oio.gas.source import unlocked as whole_arm

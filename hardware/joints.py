@@ -21,7 +21,6 @@ import numpy as np
 from hydra.utils import instantiate
 from rich.table import Table
 
-from hardware.cli_args import run_tool
 from hardware.drivers.arm_port import PORTS, ArmPort
 from hardware.drivers.arms.jitter import Jitter
 from hardware.drivers.arms.joint_reading import JointReading
@@ -29,6 +28,7 @@ from hardware.drivers.robots.robot import Robot
 from hardware.transport.clock import Clock
 from hardware.transport.port import NoAnswer, Unplugged
 from oio.cli import terminal
+from oio.cli.tool_args import run_tool
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF

@@ -15,7 +15,6 @@ startup.handle_signals(__name__)
 from rich.markup import escape
 from serial.tools import list_ports
 
-from hardware.cli_args import run_tool
 from hardware.drivers.noses.line import Line, Sentence
 from hardware.drivers.noses.reading_filter import ReadingFilter
 from hardware.drivers.noses.scd30 import Scd30
@@ -27,6 +26,7 @@ from hardware.transport.driver import SerialDriver
 from hardware.transport.mailbox import Mailbox
 from hardware.transport.port import NoAnswer, Unplugged, open_port
 from oio.cli import terminal
+from oio.cli.tool_args import run_tool
 from oio.core import interrupt
 from oio.core.errors import BadInput
 

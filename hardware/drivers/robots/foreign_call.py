@@ -31,10 +31,14 @@ def foreign_call(what: str, action: Callable[[], T]) -> T:
 
 def told(error: BaseException) -> str:
     """An exception in words: its kind, its text, and where it was raised."""
-    frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_of_import(frame.filename)]
+    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if len(frames) > 1 else ""  # the first is ours
     text = " ".join(str(error).split()).rstrip(".")
     return f"{type(error).__name__}{f': {text}' if text else ''}{place}"
+
+
+def _is_of_import(file: str) -> bool:
+    return file.startswith("<") or Path(file).parent.name == "importlib"
 
 
 def checked_joints(what: str, values: object, names: tuple[str, ...]) -> Array:

@@ -1,4 +1,4 @@
-"""Command line parsing of the hardware tools: KEY=VALUE words, as everywhere in OIO."""
+"""Command line parsing of the small tools (hardware.ports, home, joints): KEY=VALUE words, as everywhere in OIO."""
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
