@@ -146,4 +146,10 @@ class SearchEnv(gymnasium.Env[dict[str, Floats], Floats]):
         sd_m = float("inf") if source is None else float(np.sqrt(np.trace(source[1])))
         truth: dict[str, Any] = {} if truth_m is None else {"source_m": np.array(truth_m)}
         truth |= {} if source is None else {"error_m": self._error_m()}
-        return {"moves": len(self._loop.moves), "seconds": self._loop.spent_s, "sd_m": sd_m, "declared": self._loop.declared, "truth": truth}
+        return {
+            "moves": len(self._loop.moves),
+            "seconds": self._loop.spent_s,
+            "sd_m": sd_m,
+            "declared": self._loop.declared,
+            "truth": truth,
+        }
