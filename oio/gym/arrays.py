@@ -1,7 +1,9 @@
 """Spaces and arrays of the environments: every entry within [-1, 1], as float32."""
 
 from collections.abc import Mapping
+from typing import cast
 
+import gymnasium
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
@@ -12,9 +14,10 @@ from oio.core.records import Array
 Floats = NDArray[np.float32]
 
 
-def space_of(shapes: Mapping[str, tuple[int, ...]]) -> spaces.Dict:
+def space_of(shapes: Mapping[str, tuple[int, ...]]) -> gymnasium.Space[dict[str, Floats]]:
     """A space of arrays of these shapes."""
-    return spaces.Dict({name: spaces.Box(-1.0, 1.0, shape, np.float32) for name, shape in shapes.items()})
+    made = spaces.Dict({name: spaces.Box(-1.0, 1.0, shape, np.float32) for name, shape in shapes.items()})
+    return cast("gymnasium.Space[dict[str, Floats]]", made)
 
 
 def as_floats(arrays: Mapping[str, Array]) -> dict[str, Floats]:

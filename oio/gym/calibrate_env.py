@@ -8,13 +8,13 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
+from oio.bench.episode import begun, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, seconds
 from oio.gym.arrays import Floats, as_floats, checked_action, space_of
 from oio.gym.beacon_poses import beacon_target_m, pose_near
 from oio.gym.beacon_survey import BeaconStage, Survey, shapes
-from oio.gym.bench import begun, words_of, world_seed
 from oio.results.calibration import BaselineResult
 from oio.runtime.context import sniff
 

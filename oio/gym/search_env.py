@@ -8,10 +8,10 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
+from oio.bench.episode import Episode, begun, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
 from oio.gym.arrays import Floats, as_floats, checked_action, space_of
-from oio.gym.bench import Episode, begun, words_of, world_seed
 from oio.gym.search_reward import worth_of
 from oio.results.calibration import Calibration
 from oio.search.closed_loop import ClosedLoop

@@ -7,7 +7,6 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import yaml
 from gymnasium import spaces
 
 from oio.cli import terminal
@@ -90,14 +89,14 @@ def network_of(policy: Any) -> PolicyNetwork:
 
 def parsed(arguments: list[str]) -> Training:
     """The training of a command line KEY=VALUE. Raises BadInput for another key or value."""
-    given = {**DEFAULTS}
+    given: dict[str, Any] = {**DEFAULTS}
     for word in arguments:
         key, _, text = word.partition("=")
-        value = yaml.safe_load(text) if key in ("steps", "seed") else text
-        if key not in DEFAULTS or type(value) is not type(DEFAULTS[key]) or (isinstance(value, int) and value < 0) or value in ("", 0):
+        whole = text.isdecimal() and len(text) < 10 and (key == "seed" or int(text) > 0)
+        if key not in DEFAULTS or not (text if key == "out" else whole):
             raise BadInput(f"'{word}' was given, but steps and seed are whole numbers and out is a file. Type e.g. steps=2048 out=my.npz.")
-        given[key] = value
-    return Training(int(given["steps"]), int(given["seed"]), Path(str(given["out"])))
+        given[key] = text if key == "out" else int(text)
+    return Training(given["steps"], given["seed"], Path(given["out"]))
 
 
 def _run(arguments: list[str]) -> None:
