@@ -28,8 +28,8 @@ OVERRIDES = {  # short, in the world of calibration alone, and with fewer and ch
     "belief_map.restarts": 1,
     "belief_map.points_per_shell": 8,
 }
-DEFAULTS = {"steps": 16384, "seed": 300, "out": str(ROOT / "oio" / "search" / "policy.npz")}
-HELP = """Train the network of search=policy in OIO/Search-v0 (needs stable-baselines3; a quarter of an hour of one core).
+DEFAULTS = {"steps": 3840, "seed": 300, "out": str(ROOT / "oio" / "search" / "policy.npz")}
+HELP = """Train the network of search=policy in OIO/Search-v0 (needs stable-baselines3; five minutes of one core).
 
   python -m oio.gym.train                                  the network of the repository, made anew
   python -m oio.gym.train steps=2048 seed=301 out=my.npz   then: search=policy search.network=my.npz
