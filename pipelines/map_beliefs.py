@@ -59,6 +59,11 @@ class MapBeliefs:
                 "beacon.position is null, but calibration needs a source whose place is known. Type beacon.position=[0.33,0.10,0.16]."
             )
 
+    @property
+    def sniff_s(self) -> float:
+        """How long the nose dwells at every pose [s]."""
+        return self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s
+
     def run(self, context: Context) -> MapCalibration:
         """The fit on all data, the repeats, u_b."""
         trace, ends = context.need(BoutCalibration).trace, [seconds(context.world.t_ns)]
@@ -69,7 +74,7 @@ class MapBeliefs:
         return self._result(context, trace.as_arrays(), ends)
 
     def _result(self, context: Context, sensed: Sniffs, ends: list[float]) -> MapCalibration:
-        survey, least = self._survey(context), len(self.distances_m)
+        survey, least = self.survey(context.need(BaselineResult)), len(self.distances_m)
         delay = survey.delay(sensed)
         sniffs = shift_path(sensed, delay.s)
         fit = survey.fit(sniffs)
@@ -103,7 +108,7 @@ class MapBeliefs:
 
         Their ends are appended to `ends_s`, which begins with the time before the first.
         """
-        dwell_s, repeats = self.dwell_s + self.dwell_taus * self.sensor.tau_rise_s, len(ends_s) // len(self.distances_m)
+        dwell_s, repeats = self.sniff_s, len(ends_s) // len(self.distances_m)
         for i, distance in enumerate(self.distances_m):
             pose = self._pose(context, distance)
             if repeats >= self.repeats and self._spent_s(context) + context.world.move_s(pose) + dwell_s > self.budget_s:
@@ -133,8 +138,8 @@ class MapBeliefs:
         place, here = np.array(self.beacon.position), context.world.goal
         return measurement_pose(self.arm, here, place, distance_m, self.beacon.approach_m, has_path, context.rng)
 
-    def _survey(self, context: Context) -> BeaconSurvey:
-        base = context.need(BaselineResult)
+    def survey(self, base: BaselineResult) -> BeaconSurvey:
+        """What is known before the fit."""
         offsets = np.array([b.ppm for b in base.elements]), np.array([b.u_ppm for b in base.elements])
         place = np.array(self.beacon.position), self.beacon_u_m
         return BeaconSurvey(

@@ -67,6 +67,19 @@ class MujocoSim:
         with _warnings_to(again.warned), _stopped(again):
             yield again
 
+    def renewed(self, world: "SimulatedWorld", seeds: Seeds | None) -> "SimulatedWorld":
+        """Return a copy of a world, at rest until it is `attended`; `seeds`: with source, turbulence and noise drawn anew from them."""
+        again = copy.deepcopy(world)
+        if seeds is not None:
+            again.renew(seeds)
+        return again
+
+    @contextlib.contextmanager
+    def attended(self, world: "SimulatedWorld") -> Iterator["SimulatedWorld"]:
+        """A world that is at rest in between: it goes on within this context alone, which may be entered again and again."""
+        with _warnings_to(world.warned):
+            yield world
+
     @contextlib.contextmanager
     def plant(self) -> Iterator[Plant]:
         """Load the physics, place the sources and switch the sensor on."""
@@ -135,6 +148,10 @@ class SimulatedWorld:
     def move(self, q_rad: Array, over_s: float) -> float:
         """Start a minimum-jerk move from the present set-point; return its duration [s]. Raises what the guard refuses."""
         return self.guard.move(q_rad, over_s, seconds(self.t_ns))
+
+    def renew(self, seeds: Seeds) -> None:
+        """Draw source, turbulence and sensor noise anew: another search on the same bench."""
+        self._plant.renew(seeds)
 
     def present(self, source: str) -> None:
         """Replace the source; the old gas is removed, the new plume is developed."""

@@ -1,5 +1,6 @@
 """Gas in the simulated room: the live air with the open source, and whatever `WorldChanges` puts into it."""
 
+import copy
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
@@ -93,6 +94,12 @@ class LiveRoom:
         if not isinstance(self._air, ChangeableAir):
             raise BadInput(f"world={self._changes.name} has {what}, but this air cannot change. Type e.g. air=still or air=draft.")
         return self._air
+
+    def with_air(self, air: LiveAir) -> "LiveRoom":
+        """Return a room of the same history with other air in it; no source is open there."""
+        made = copy.copy(self)
+        made._air, made._field, made._source_m, made._due = air, air.ppm, None, []
+        return made
 
     def step(self, dt_s: float) -> None:
         """Advance the gas."""

@@ -18,6 +18,7 @@ from hardware.simulation.mujoco_model import compile_model, nose_site, servo_of
 from hardware.simulation.plant_spec import PlantSpec
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array, Truth, nanoseconds, seconds
+from oio.core.seeds import Seeds
 
 END_STOP_RAD = math.radians(0.5)  # a joint this close to an end of its range is at its stop
 
@@ -32,6 +33,15 @@ class SensorChanges(Protocol):
 
     def scale_climate(self, factor: float) -> None:
         """Multiply the swings of temperature and humidity by a factor from now on."""
+        ...
+
+
+@runtime_checkable
+class RenewableNoise(Protocol):
+    """Optional protocol of a sensor specimen whose noise can be drawn anew."""
+
+    def renew_noise(self, noise: np.random.Generator) -> None:
+        """Take the noise from another generator from now on."""
         ...
 
 
@@ -134,6 +144,20 @@ class Plant:
         self._room.present(source, self.places[source], self.strengths[source] * self._spec.emission_ml_s)
         if self._room.changed and not before:
             self._begin_changes()
+
+    def renew(self, seeds: Seeds) -> None:
+        """Draw what differs between two searches on one bench: place and strength of the source, turbulence, sensor noise.
+
+        Arm, specimen, mean wind and the beacon stay. The air is clean until a source is presented.
+        """
+        spec, own = self._spec, self._spec.seeds
+        self.places["source"] = spec.source.placed("source", spec.arm, seeds.rng("truth", "source"))
+        self.strengths["source"] = spec.source.strength_drawn(seeds.rng("truth", "source strength"))
+        self._room = self._room.with_air(spec.air.open(own.rng("truth", "air"), seeds.rng("disturbance", "air")))
+        self._open_source = "none"
+        if not isinstance(self._specimen, RenewableNoise):
+            raise BadInput("the sensor is of a kind whose noise cannot be drawn anew, so every search needs a calibration of its own.")
+        self._specimen.renew_noise(seeds.rng("measurement", "sensor"))
 
     def _begin_changes(self) -> None:
         changes = self._spec.changes

@@ -132,6 +132,10 @@ class Specimen:
             tau = (d.tau_rise_s if ppm > element.lagged_ppm else d.tau_fall_s) * element.tau_factor
             element.lagged_ppm += (1.0 - math.exp(-dt_s / tau)) * (ppm - element.lagged_ppm)
 
+    def renew_noise(self, noise: np.random.Generator) -> None:
+        """Take the noise from another generator from now on."""
+        self._noise = noise
+
     def scale_lag(self, factor: float) -> None:
         """Multiply the time constants by a factor from now on."""
         for element in self._elements:

@@ -9,6 +9,7 @@ from typing import Protocol, TypeGuard, runtime_checkable
 
 from oio.core.interfaces import World
 from oio.core.records import Array
+from oio.core.seeds import Seeds
 from oio.log import Journal, RunLog
 from oio.runtime.gas_stream import GasStream
 from oio.runtime.guarded_world import GuardedWorld
@@ -25,6 +26,19 @@ class Resumable(Protocol):
 
     def resume(self, world: World) -> AbstractContextManager[World]:
         """Make a copy of a world live, which goes on from there to the last bit as that world would."""
+        ...
+
+
+@runtime_checkable
+class Renewable(Protocol):
+    """Optional protocol of a backend on whose worlds one search after another can begin: simulations."""
+
+    def renewed(self, world: World, seeds: Seeds | None) -> World:
+        """Return a copy of a world, at rest until it is `attended`; `seeds`: with source, turbulence and noise drawn anew from them."""
+        ...
+
+    def attended(self, world: World) -> AbstractContextManager[World]:
+        """A world goes on within this context, which may be entered again and again."""
         ...
 
 

@@ -16,7 +16,7 @@ from oio.cli.plugins import FOLDER
 from oio.core.folders import CONF, ROOT
 
 CODE = ("oio", "pipelines", "hardware")
-SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv")
+SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv", ".npz")
 NO_RESULT = (
     "oio/api",
     "oio/bench",
@@ -24,6 +24,7 @@ NO_RESULT = (
     "oio/doctor",
     "oio/export",
     "oio/figures",
+    "oio/gym",
     "oio/identify",
     "oio/inspect",
     "oio/report",

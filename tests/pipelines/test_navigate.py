@@ -18,10 +18,10 @@ from oio.log import MemoryLog
 from oio.results.calibration import Navigation
 from oio.results.evaluation import Evaluation
 from oio.runtime.runner import run_stages
+from oio.search import closed_loop
 from oio.search.elsewhere import LookElsewhere
 from oio.search.stop_rule import StopRule
 from oio.search.view import Move
-from pipelines import navigate
 
 WORDS = (
     "sensor=ndir", "air=steady", "dof=3", "stage.calibrate_bouts.moves_per_rung=1", "stage.map_beliefs.repeats=2",
@@ -194,7 +194,7 @@ class Shown:
 
 def told(out, monkeypatch, script, *words):
     """A search that is told what it smelt and never declares: shown a belief before every move, and after which moves maps were made."""
-    monkeypatch.setattr(navigate, "WhiffDetector", type("Told", (Scripted,), {"script": script}))
+    monkeypatch.setattr(closed_loop, "WhiffDetector", type("Told", (Scripted,), {"script": script}))
     monkeypatch.setattr(StopRule, "may_declare", lambda *_: False)
     monkeypatch.setattr(LookElsewhere, "propose", lambda *_: None)  # which would go before the strategy
     shown = []
