@@ -71,7 +71,7 @@ def train(training: Training) -> PolicyNetwork:
     except ModuleNotFoundError as error:
         raise BadInput(f"training needs {error.name}, which is not installed. Type pip install stable-baselines3.") from None
     torch.set_num_threads(1)
-    envs = DummyVecEnv([lambda kind=kind: training_env(*kind) for kind in KINDS])  # type: ignore[misc]
+    envs = DummyVecEnv([lambda kind=kind: training_env(*kind) for kind in KINDS])  # type: ignore[misc,unused-ignore]
     model = PPO(
         "MlpPolicy", envs, n_steps=64, batch_size=64, n_epochs=10, learning_rate=1e-3, gamma=0.95, gae_lambda=0.9, ent_coef=0.0,
         policy_kwargs={"net_arch": [32, 32], "log_std_init": -0.7}, seed=training.seed, device="cpu", verbose=0,
