@@ -66,8 +66,9 @@ def plan_cases(words: Arguments) -> list[BoardCase]:
         )
     if min(words.wholes("dof")) < 3:
         raise BadInput(f"dof={words.own['dof']} was given, but a position takes three joints at least. Type e.g. dof=5.")
-    lists = words.several("sensor"), words.several("air"), words.wholes("dof"), words.several("search"), words.several("ekf")
-    cases = [BoardCase(Case(*values), board) for *values, board in itertools.product(*lists, boards)]
+    lists = words.several("sensor"), words.several("air"), words.wholes("dof"), words.several("search"), words.several("ekf"), boards
+    combinations = itertools.product(*lists)
+    cases = [BoardCase(Case(sensor, air, dof, search, ekf), board) for sensor, air, dof, search, ekf, board in combinations]
     for case in cases:
         _, built = composed_trial((*case.words(words.number("spacing_m")), *words.overrides))
         if built.sensor.elements < 2:

@@ -95,7 +95,7 @@ def test_the_information_of_a_pair_is_that_of_a_kalman_update(built, lab):
     view = replace(view, model=replace(view.model, sigma_ppm=0.05))
     model, rng = view.model, np.random.default_rng(4)
     at, mean = model.at, np.zeros(model.size)
-    mean[at["s"]], mean[at["l"]], mean[at["n"]] = view.arm.nose(view.arm.home) + [0.05, 0.1, 0.02], 3.0, 1.0
+    mean[at["s"]], mean[at["l"]], mean[at["n"]] = view.arm.nose(view.arm.home) + np.array([0.05, 0.1, 0.02]), 3.0, 1.0
     root = rng.standard_normal((model.size, model.size))
     cov = 1e-4 * (root @ root.T / model.size + np.eye(model.size))
     view = replace(view, belief=Belief(0, mean, cov))
