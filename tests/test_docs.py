@@ -109,7 +109,7 @@ def follow(words, folder):
 def short(module, words):
     if module == "oio.bench":
         one_seed = ["seeds=7000:7001"] if words[0] != "filters" else []
-        few = [few for stage in FEW.values() for few in stage] if words[0] in ("accuracy", "worlds", "searches") else []
+        few = [few for stage in FEW.values() for few in stage] if words[0] in ("accuracy", "worlds", "searches", "stereo") else []
         replaced = {"seeds", *(word.partition("=")[0] for word in few)}
         return [*(word for word in words if word.partition("=")[0] not in replaced), *one_seed, *few]
     if module != "oio.run" or {"--help", "--cfg"} & set(words):

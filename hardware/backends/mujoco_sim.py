@@ -15,6 +15,7 @@ import numpy as np
 from hardware.simulation.plant import Plant
 from hardware.simulation.plant_spec import PlantSpec
 from hardware.simulation.world_changes import WorldChanges
+from oio.core.errors import BadInput
 from oio.core.interfaces import Air, SimulatedSensor
 from oio.core.records import Array, GasSample, WorldSample, nanoseconds, seconds
 from oio.core.seeds import Seeds
@@ -26,6 +27,7 @@ from oio.motion.guard import HOST, NOSE, Guard, SafetyLimits
 from oio.motion.guard_account import GuardAccount
 
 OWN = ("hardware", "oio")
+IN_TURN, TOGETHER = "in_turn", "together"
 LOAD_EVERY = 5  # control ticks: 0.1 s
 
 
@@ -47,7 +49,16 @@ class MujocoSim:
     truth_every: Annotated[int, Within(1, 1000)]  # control ticks per logged truth
     encoder_counts: Annotated[int, Within(16, 1 << 24)]
     gas_delay_s: Annotated[float, Within(0, 10)]  # delay of a reading until it is stamped and sent, rounded up to a control tick
+    sampling: str  # of a pair of elements: in_turn, one of them each time; together, both each time
     seeds: Seeds
+
+    def check(self) -> None:
+        """Refuse an unknown way of sampling."""
+        if self.sampling not in (IN_TURN, TOGETHER):
+            given = f"backend.sampling is '{self.sampling}'"
+            raise BadInput(
+                f"{given}, but the elements of a pair are sampled {IN_TURN} or {TOGETHER}. Type e.g. backend.sampling={TOGETHER}."
+            )
 
     @contextlib.contextmanager
     def open(self) -> Iterator["SimulatedWorld"]:
@@ -170,7 +181,7 @@ class SimulatedWorld:
             if due or plant.ticks % self._sim.truth_every == 0:
                 yield plant.truth()
             if due:
-                self._delay_line.append(self._sniff())
+                self._delay_line.extend(self._sniff())
             while self._delay_line and self._delay_line[0].t_ns + nanoseconds(self._sim.gas_delay_s) <= self.t_ns:
                 yield replace(self._delay_line.popleft(), t_ns=self.t_ns)
 
@@ -182,9 +193,12 @@ class SimulatedWorld:
         """Report the load to the guard, except at a joint stop, onto which the drift of the paper's encoders (degrees) presses a joint."""
         self.guard.report_load(t_s, np.where(self._plant.at_stop(), np.nan, self._plant.load()))
 
-    def _sniff(self) -> GasSample:
-        sample = GasSample(self.t_ns, self._element, self._plant.raw(self._element))
+    def _sniff(self) -> list[GasSample]:
+        """The element whose turn it is, or all at once."""
+        count = self._sim.sensor.elements
+        due = range(count) if self._sim.sampling == TOGETHER else (self._element,)
+        samples = [GasSample(self.t_ns, element, self._plant.raw(element)) for element in due]
         self._gas_due_ns += self._sample_ns
-        self._element = (self._element + 1) % self._sim.sensor.elements
+        self._element = (self._element + 1) % count
         self.guard.heartbeat(seconds(self.t_ns), NOSE)
-        return sample
+        return samples

@@ -17,6 +17,7 @@ from hardware.simulation.live_room import LiveRoom
 from hardware.simulation.mujoco_model import compile_model, nose_site, servo_of
 from hardware.simulation.plant_spec import PlantSpec
 from oio.core.errors import BadInput, OioError
+from oio.core.interfaces import PlacedUnit
 from oio.core.records import Array, Truth, nanoseconds, seconds
 from oio.core.seeds import Seeds
 
@@ -70,6 +71,9 @@ class Plant:
             "source": spec.source.strength_drawn(truth.rng("truth", "source strength")),
         }
         self._open_source, self._ppm = "none", spec.background_ppm
+        self._apart_m = spec.arm.element_offsets_m[: spec.sensor.elements]  # of the elements from the nose, in its frame
+        self._placed = self._placed_unit() if np.any(self._apart_m) else None
+        self._element_ppm = [spec.background_ppm] * len(self._apart_m)
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._hinges = np.array([self._model.joint(name).id for name in arm.names])
         self._servos = np.array([servo_of(self._model, name) for name in arm.names])
@@ -94,6 +98,7 @@ class Plant:
         changing = ("_encoders", "_specimen", "_room", "places", "strengths", "_torque")
         for name, value in copy.deepcopy({name: getattr(self, name) for name in changing}, memo).items():
             setattr(made, name, value)
+        made._placed = None if self._placed is None else made._placed_unit()
         made._view()
         return made
 
@@ -193,7 +198,20 @@ class Plant:
         nose_m = self._nose_m()
         joints_m = np.vstack([self._data.xpos[self._links], nose_m]) if self._room.casts_shadow else None
         before, self._ppm = self._ppm, self._room.ppm(nose_m, joints_m)
-        self._specimen.step(0.5 * (before + self._ppm), spec.period_s)  # mean over the tick: else the gas leads the nose by half a tick
+        if self._placed is None:  # mean over the tick: else the gas leads the nose by half a tick
+            self._specimen.step(0.5 * (before + self._ppm), spec.period_s)
+            return
+        places_m = nose_m + self._apart_m @ self._site.xmat.reshape(3, 3).T
+        earlier, self._element_ppm = self._element_ppm, [self._room.ppm(p, joints_m) for p in places_m]
+        self._placed.step_each([0.5 * (a + b) for a, b in zip(earlier, self._element_ppm, strict=True)], spec.period_s)
+
+    def _placed_unit(self) -> PlacedUnit:
+        if not isinstance(self._specimen, PlacedUnit):
+            raise BadInput(
+                "arm.element_places_m or arm.element_spacing_m puts elements elsewhere than the nose, but a unit of this sensor feels one "
+                "concentration alone (it has no `step_each`). Type arm.element_spacing_m=0 and leave element_places_m at zero."
+            )
+        return self._specimen
 
     def encoders(self) -> Array:
         """Encoder readings q (n,) rad, in whole counts."""

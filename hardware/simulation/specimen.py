@@ -5,6 +5,7 @@ warm-up transient, temperature, humidity, noise -> quantisation -> raw.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Protocol
 
@@ -124,13 +125,17 @@ class Specimen:
 
     def step(self, ppm: float, dt_s: float) -> None:
         """Expose every element to `ppm` for `dt_s`: exact zero-order hold of the first-order lag."""
+        self.step_each((ppm,) * len(self._elements), dt_s)
+
+    def step_each(self, ppm: Sequence[float], dt_s: float) -> None:
+        """Expose each element to its own concentration for `dt_s`."""
         d = self._sensor.dynamics
         self._t_s += dt_s
-        for element in self._elements:
+        for element, here in zip(self._elements, ppm, strict=True):
             if math.isnan(element.lagged_ppm):
-                element.lagged_ppm = ppm  # initially settled in this air
-            tau = (d.tau_rise_s if ppm > element.lagged_ppm else d.tau_fall_s) * element.tau_factor
-            element.lagged_ppm += (1.0 - math.exp(-dt_s / tau)) * (ppm - element.lagged_ppm)
+                element.lagged_ppm = here  # initially settled in this air
+            tau = (d.tau_rise_s if here > element.lagged_ppm else d.tau_fall_s) * element.tau_factor
+            element.lagged_ppm += (1.0 - math.exp(-dt_s / tau)) * (here - element.lagged_ppm)
 
     def renew_noise(self, noise: np.random.Generator) -> None:
         """Take the noise from another generator from now on."""

@@ -9,7 +9,7 @@ from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
-from oio.bench import accuracy, drift, filters, searches, worlds
+from oio.bench import accuracy, drift, filters, pair_bound, searches, stereo, worlds
 from oio.bench.arguments import SOURCE
 from oio.cli import terminal
 from oio.cli.exit_codes import run_command
@@ -19,6 +19,8 @@ COMMANDS: dict[str, Callable[[list[str]], None]] = {
     "accuracy": accuracy.run,
     "worlds": worlds.run,
     "searches": searches.run,
+    "stereo": stereo.run,
+    "pair_bound": pair_bound.run,
     "drift": drift.run,
     "filters": filters.run,
 }
@@ -29,6 +31,8 @@ HEADER = """[bold]Benchmarks[/bold] of olfactory inertial odometry, over many se
   python -m oio.bench accuracy ekf=ekf,paper stage.navigate.max_moves=40
   python -m oio.bench worlds sensor=ndir seeds=7000:7010    worlds that changed after calibration
   python -m oio.bench searches                              search strategies on the same calibrated benches
+  python -m oio.bench stereo seeds=7100:7120                two elements at one place or two, in turn or together
+  python -m oio.bench pair_bound                            what the model says that they can tell: bounds, in a minute
   python -m oio.bench drift                                 the nose after 1, 5 and 30 minutes, against dead reckoning
   python -m oio.bench filters                               microseconds per step, against filterpy
 """

@@ -24,7 +24,7 @@ from oio.results.verdict import judge
 from oio.runtime.runner import run_stages
 
 
-@functools.lru_cache(maxsize=4)
+@functools.lru_cache(maxsize=32)
 def composed_trial(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
     """Return the configuration with these overrides as plain data, and the experiment built from it; raises Hydra's or a check's error."""
     composed = compose(words, tuple(plugin_packages()))

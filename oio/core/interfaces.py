@@ -1,6 +1,6 @@
 """What a world, a sensor and a room's air must offer, and no more. `oio.testing` has one conformance suite for each."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from typing import Protocol, runtime_checkable
 
@@ -60,12 +60,12 @@ class Sensor(Protocol):
 
     @property
     def elements(self) -> int:
-        """Number of elements: 1, or 2 that are sampled in turn."""
+        """Number of elements: 1, or 2."""
         ...
 
     @property
     def sample_s(self) -> float:
-        """Seconds between samples (one element each time)."""
+        """Seconds between samples (one element each time, unless the two are sampled together)."""
         ...
 
     @property
@@ -106,6 +106,15 @@ class SensorUnit(Protocol):
 
     def sample(self, element: int, t_s: float) -> float:
         """The raw value that the sensor's electronics would put on the wire at t_s, by the world's clock."""
+        ...
+
+
+@runtime_checkable
+class PlacedUnit(Protocol):
+    """Optional protocol of a simulated sensor whose elements may be at different places."""
+
+    def step_each(self, ppm: Sequence[float], dt_s: float) -> None:
+        """Expose each element to its own concentration `ppm` for `dt_s`."""
         ...
 
 

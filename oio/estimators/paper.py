@@ -41,6 +41,6 @@ def _restricted_covariance(model: StateSpace, cov: Array, p: Array, mean: Array)
     estimated[at["s"]], estimated[at["l"]], estimated[at["b"]] = 1.0, 1.0, 1.0
     c, grad, _, _ = concentration(p[None, :], mean[s : s + LAW], model.law.r_ref_m, model.law.radius_m)
     transform = np.diag(estimated)
-    transform[at["f"].start, s : s + 4] = c[0] * grad[0, :4]
+    transform[at["f"], s : s + 4] = c[0] * grad[0, :4]
     new = transform @ cov @ transform.T + 1e-18 * np.eye(model.size)
     return np.asarray(0.5 * (new + new.T))

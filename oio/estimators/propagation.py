@@ -31,26 +31,26 @@ class LinearizedStep:
     model: StateSpace
     at: Array  # (N,)
     mean: Array  # f(at) (N,)
-    row: Array  # row of F for the lagged concentration f (N,)
-    lag: Array  # lag and fluctuation terms of the step, from `lagged_ou_steps` (6,)
+    rows: Array  # rows of F for the lagged concentrations f (P, N)
+    lag: Array  # lag and fluctuation terms of the step, see `oio.estimators.propagation_kernel`
     dt_s: float
 
     @staticmethod
     def of(model: StateSpace, at: Array, dt_s: float, joints: JointState) -> "LinearizedStep":
         """Linearise the step of dt_s that ends with the encoders at `joints`."""
         _check_size(model, at, joints)
-        mean, row, lag = propagation_kernel.propagate(at[None, :], dt_s, joints.q, joints.dq, model.arm.chain, model.constants.gas)
-        return LinearizedStep(model, at, mean[0], row[0], lag[0], dt_s)
+        mean, rows, lag = propagation_kernel.propagate(at[None, :], dt_s, joints.q, joints.dq, model.arm.chain, model.constants.gas)
+        return LinearizedStep(model, at, mean[0], rows[0], lag[0], dt_s)
 
     def forward(self, mean: Array, cov: Array) -> tuple[Array, Array]:
         """Propagate a Gaussian (N,), (N, N) by one step: mean + F (x - at), F P F' + Q."""
         n, (_, walk, drift) = self.model.arm.dof, self.model.constants
-        deviation = propagation_kernel.apply_transition((mean - self.at)[:, None], self.row, self.lag[2], self.dt_s, n)[:, 0]
-        return self.mean + deviation, propagation_kernel.propagate_covariance(cov, self.row, self.lag, self.dt_s, n, walk, drift)
+        deviation = propagation_kernel.apply_transition((mean - self.at)[:, None], self.rows, self.lag, self.dt_s, n)[:, 0]
+        return self.mean + deviation, propagation_kernel.propagate_covariance(cov, self.rows, self.lag, self.dt_s, n, walk, drift)
 
     def back(self, costate: Array) -> Array:
         """Return F' lambda (N,), the costate one step earlier."""
-        return np.asarray(propagation_kernel.apply_transition_transposed(costate, self.row, self.lag[2], self.dt_s, self.model.arm.dof))
+        return np.asarray(propagation_kernel.apply_transition_transposed(costate, self.rows, self.lag, self.dt_s, self.model.arm.dof))
 
 
 def add_process_noise(model: StateSpace, x: Array, cov: Array, dt_s: float, joints: JointState) -> Array:

@@ -40,6 +40,12 @@ class WhiffDetector:
         return max(earlier[1], 0.0) * math.exp(-(t_s - earlier[0]) / self._fall_s)
 
     @property
+    def element_ppm(self) -> tuple[float, ...]:
+        """Latest signal of each element above its baseline [ppm]; empty until every element was read."""
+        latest = self._latest
+        return tuple(latest[e][1] for e in sorted(latest)) if len(latest) == len(self._baselines) else ()
+
+    @property
     def ppm(self) -> float:
         """Mean over the elements of their latest signal above baseline [ppm]; 0 before the first reading."""
         return sum(signal for _, signal in self._latest.values()) / len(self._latest) if self._latest else 0.0

@@ -6,6 +6,8 @@ h^2 = I + (n u_p / gamma r)^2 + (w ln(r / r_ref) / gamma)^2:  I is the rarity (i
 fraction p of the time has variance mean^2 (1/p - 1)); u_p is the nose jitter, the short-term uncertainty of the nose position (backlash),
 which matters more near the source; w is the model discrepancy of a real plume from the range law per e-fold of distance.
 
+At two places, d apart, the two m have the correlation exp(-d / r): what a move of the nose over d leaves of the correlation in time.
+
 The sensor lag smooths this: the deviation of the readings from their mean is a linear process with two states, the lagged deviation and m,
 whose exact discretisation is here. `oio.gas.whitening` makes readings independent with it.
 """
@@ -62,6 +64,25 @@ class PathField:
     at: NDArray[np.int64]
     gain: Array
     variance_ppm2: Array
+    second: "SecondPlace | None" = None  # of a sensor whose elements are at two places
+
+    @property
+    def r_of_readings(self) -> Array:
+        """Distance (m,) [m] from the source at every reading."""
+        if self.second is None:
+            return np.asarray(self.field.r_m[self.at])
+        return np.where(self.second.is_second, self.second.field.r_m[self.at], self.field.r_m[self.at])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SecondPlace:
+    """Second place of sensing along the same path: its mean field and lag tau (k,) [s], which readings (m,) are from there, and its
+    distance [m] from the first."""
+
+    field: MeanField
+    tau_s: Array
+    is_second: NDArray[np.bool_]
+    spacing_m: float
 
 
 @compiled
@@ -89,6 +110,23 @@ def lagged_ou_step(phi: float, keep: float, dt: float, tau: float, t: float, swi
     out[3] = p00 - (phi * phi * p00 + 2.0 * phi * coupling * p01 + coupling * coupling * p11)
     out[4] = p01 - keep * (phi * p01 + coupling * p11)
     out[5] = p11 * (1.0 - keep * keep)
+
+
+@compiled
+def lagged_ou_cross(step: Array, other: Array, tau: Array, t: Array, swing: Array, variance: float, rho: float, out: Array) -> None:
+    """Cross-covariance (4,) that one step adds between (f, m) at one place and at another: f f, f m, m f and m m.
+
+    `step`, `other` (6,): from `lagged_ou_step`; tau, t and swing (2,) are those of both places; rho is the correlation of what drives
+    the two m. Q = P - F P F' with the stationary P of the continuous process, as for one place.
+    """
+    rate, other_rate = 1.0 / t[0], 1.0 / t[1]
+    mm = 2.0 * rho * variance * np.sqrt(rate * other_rate) / (rate + other_rate)
+    fm, mf = swing[0] * mm / (1.0 + tau[0] * other_rate), swing[1] * mm / (1.0 + tau[1] * rate)
+    ff = (swing[0] * mf * tau[1] + swing[1] * fm * tau[0]) / (tau[0] + tau[1])
+    out[0] = ff - (step[0] * (other[0] * ff + other[1] * fm) + step[1] * (other[0] * mf + other[1] * mm))
+    out[1] = fm - other[2] * (step[0] * fm + step[1] * mm)
+    out[2] = mf - step[2] * (other[0] * mf + other[1] * mm)
+    out[3] = mm * (1.0 - step[2] * other[2])
 
 
 @compiled

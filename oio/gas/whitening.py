@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import Fluctuation, PathField, fluctuation_ppm, lagged_ou_step
+from oio.gas.pair_whitening import PairWhitening
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,14 +37,18 @@ class Whitening:
     """Whitening filter of one path, built once and applied to rows and reading variances given later."""
 
     def __init__(self, along: PathField, noise: Fluctuation) -> None:
+        self._along, self._noise, self._pair = along, noise, None if along.second is None else PairWhitening(along, noise)
+        if self._pair is not None:
+            return
         f = along.field
-        self._along, self._noise = along, noise
         numbers = (f.slope_m, f.model_discrepancy, f.r_ref_m, noise.gamma, noise.t_s)
         self._steps = _lagged_ou_path(f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s, numbers)
 
     def of(self, rows: Array, variance_ppm2: Array) -> Whitened:
         """Whiten rows (m, p) [ppm] of readings with nominal variance (m,) [ppm^2]."""
         white, along, noise = self._noise.scale * variance_ppm2, self._along, self._noise
+        if self._pair is not None:
+            return Whitened(*self._pair.of(np.ascontiguousarray(rows), white))
         return Whitened(*whitening_filter(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
 
 

@@ -47,7 +47,8 @@ class ExpectedPath(NamedTuple):
 def predict_readings(
     theta: Array, path: SensedPath, first_ppm: float, chain: AdjointChain, law: LawScale, lag: Lag, knots: Knots, want_rows: bool
 ) -> ExpectedPath:
-    """Predict the readings at theta (P,), with Jacobian and field along the path. The first reading `first_ppm` initialises the lag."""
+    """Predict the readings at theta (P,), with Jacobian and field along the path. The first reading `first_ppm` initialises the lag, which
+    begins there."""
     t, q, at, element = path
     k, n, m, width = len(t), q.shape[1], len(at), LAW + 2 * q.shape[1]
     of_field, of_background = parameters_of_law(knots) + knots.joints, max(len(knots.background_s) - 1, 0)
@@ -57,22 +58,23 @@ def predict_readings(
     h, rows, gain, along = np.empty(m), np.zeros((m if want_rows else 0, len(theta))), np.empty(m), np.empty((6, k))
     grad = np.empty((k if want_rows else BLOCK, LAW + n + of_field))
     _field_along_path(theta, t, q, chain, law, (knots, size), along, grad, want_rows)
-    e = element[0]
+    e, begin = element[0], at[0]
     initial = max((first_ppm - offsets[e]) / gains[e], 0.0)
     f, df_tau, remaining, reading = initial, 0.0, 1.0, 0
     previous, df = np.empty(width + of_field), np.zeros(width + of_field)
-    for i in range(k):
-        c, dt = along[0, i], along[4, i]
-        c0 = along[0, max(i - 1, 0)]
+    along[5, :begin] = factor * lag.rise_s
+    for i in range(begin, k):
+        c, dt = along[0, i], along[4, i] if i > begin else 0.0
+        c0 = along[0, max(i - 1, begin)]
         tau = factor * (lag.rise_s if c > f else lag.fall_s)
         along[5, i] = tau
         phi, share, to_phi = lag_step(dt, tau)
         w0, w1 = share - phi, 1.0 - share
         df_tau = phi * df_tau + f * to_phi - c * w0 + c0 * (w0 - to_phi)
         f = phi * f + w0 * c0 + w1 * c
-        remaining *= phi if i > 0 else 1.0
+        remaining *= phi if i > begin else 1.0
         if want_rows:
-            _lag_derivatives(df, previous, grad[i], c, 0.5 * t[i] * t[i], phi, w0, w1, n, i == 0)
+            _lag_derivatives(df, previous, grad[i], c, 0.5 * t[i] * t[i], phi, w0, w1, n, i == begin)
         while reading < m and at[reading] == i:
             g = gains[element[reading]]
             h[reading], gain[reading] = g * f, g

@@ -13,13 +13,14 @@ import numpy as np
 
 from oio.core.records import Array
 from oio.gas import censored
-from oio.gas.fluctuation import PathField
+from oio.gas.fluctuation import MeanField, PathField, SecondPlace
 from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, THINNING, WIND, RangeLaw
 from oio.gas.trace import Sniffs
 from oio.inference.extension_kernel import LawScale
-from oio.inference.forward_kernel import ExpectedPath, Lag, SensedPath, predict_readings
-from oio.inference.grid_search import grid_costs
+from oio.inference.forward_kernel import ExpectedPath, Lag
+from oio.inference.grid_search import Course, grid_costs, grid_costs_of_pair
 from oio.inference.law_extension import UNEXTENDED, LawExtension
+from oio.inference.place_predictions import PlacePredictions, predict_places
 from oio.kinematics.arm import Arm
 
 
@@ -81,6 +82,7 @@ class Prediction:
     rows: Array
     lagged_ppm: float
     along: PathField
+    lagged_ppm_at: tuple[float, ...] = ()  # at each place, of a sensor that has two
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,36 +106,38 @@ class Problem:
 
     def predict(self, theta: Array, want_rows: bool = True) -> Prediction:
         """Evaluate the forward model at theta (P,), with its Jacobian if `want_rows`."""
-        forward = self._forward(theta, want_rows)
-        c, rarity, r, speed, dt, tau = forward.along
-        field = self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
-        along = PathField(field, dt, tau, self.sniffs.at, forward.gain, self.variance(theta, forward.ppm))
-        return Prediction(forward.ppm, forward.rows, float(forward.lagged_ppm), along)
+        places, second = self._places(theta, want_rows), None
+        forward = places.forward[0]
+        if len(places.forward) > 1:
+            other = places.forward[1]
+            second = SecondPlace(self._field(theta, other), other.along[5], places.is_second, self.arm.spacing_m)
+        field, ppm = self._field(theta, forward), places.ppm
+        along = PathField(field, forward.along[4], forward.along[5], self.sniffs.at, places.gain, self.variance(theta, ppm), second)
+        return Prediction(ppm, places.rows, float(forward.lagged_ppm), along, places.lagged_ppm_at)
+
+    def _field(self, theta: Array, forward: ExpectedPath) -> MeanField:
+        c, rarity, r, speed, _, _ = forward.along
+        return self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
 
     def nose(self, theta: Array) -> Array:
-        """Nose positions (k, 3) [m] along the path at theta."""
+        """Nose positions (k, 3) [m] along the path at theta; of two places of the elements, the middle."""
+        return self.arm.board(self._encoders(theta), self.elements)
+
+    def _encoders(self, theta: Array) -> Array:
+        """Joints (k, n) [rad] along the path at theta."""
         sn, lay = self.sniffs, self.layout
         offset = theta[lay.offset] + 0.5 * sn.t_s[:, None] ** 2 * theta[lay.drift]
         if self.extension.joints:
             offset = offset + 0.5 * (sn.t_s - sn.t_s[0])[:, None] ** 2 * theta[lay.base + np.array(self.extension.drift)]
-        return self.arm.nose(sn.q - offset)
+        return np.asarray(sn.q - offset)
 
     def expect(self, theta: Array) -> Array:
         """Predicted readings alone, without offsets (m,) [ppm]."""
-        return self._forward(theta, False).ppm
+        return self._places(theta, False).ppm
 
-    def _forward(self, theta: Array, want_rows: bool) -> ExpectedPath:
-        sn, lag = self.sniffs, Lag(self.rise_s, self.fall_s)
-        return predict_readings(
-            theta,
-            SensedPath(sn.t_s, sn.q, sn.at, sn.element),
-            sn.ppm[0],
-            self.arm.adjoint,
-            self._scale,
-            lag,
-            self.extension.knots,
-            want_rows,
-        )
+    def _places(self, theta: Array, want_rows: bool) -> PlacePredictions:
+        lag = Lag(self.rise_s, self.fall_s)
+        return predict_places(theta, self.sniffs, self.arm, self.elements, self._scale, lag, self.extension.knots, want_rows)
 
     @property
     def _scale(self) -> LawScale:
@@ -143,10 +147,24 @@ class Problem:
         """Costs of thetas (j, P) that differ in source and strength alone: weighted sums of squares (j,) at the least-squares strength,
         and its ln ratio to that of theta (j,). `left` (m,): decay of the lag's initial state; `z` (m,): readings above it [ppm]."""
         sn, lay, theta = self.sniffs, self.layout, thetas[0]
-        gains, factor, e = np.exp(theta[lay.gain]), float(np.exp(theta[lay.tau])), sn.element[0]
-        initial = max(float((sn.ppm[0] - theta[lay.baseline][e]) / gains[e]), 0.0)
+        gains, factor = np.exp(theta[lay.gain]), float(np.exp(theta[lay.tau]))
         dt, lag = np.diff(sn.t_s, prepend=sn.t_s[0]), Lag(factor * self.rise_s, factor * self.fall_s)
-        return grid_costs(thetas, self.nose(theta), dt, sn.at, gains[sn.element], initial, self._scale, lag, left, z, weight)
+        place = np.array(self.arm.place_of(self.elements))[sn.element]
+        if np.all(place == place[0]):
+            start, gain = self._initial(theta, 0), gains[sn.element]
+            return grid_costs(thetas, self.nose(theta), dt, sn.at, gain, start, self._scale, lag, left, z, weight)
+        courses = []
+        for i, p in enumerate(self.arm.element_jacobians(self._encoders(theta), self.elements)[0]):
+            first = int(np.argmax(place == i))
+            begin, after = sn.at[first], dt[sn.at[first] :].copy()
+            after[0] = 0.0
+            courses.append(Course(p[begin:], after, sn.at[place == i] - begin, gains[sn.element[place == i]], self._initial(theta, first)))
+        return grid_costs_of_pair(thetas, courses, place == 1, self._scale, lag, (left, z, weight))
+
+    def _initial(self, theta: Array, i: int) -> float:
+        """State of the lag [ppm] that reading i tells."""
+        sn, lay, e = self.sniffs, self.layout, self.sniffs.element[i]
+        return max(float((sn.ppm[i] - theta[lay.baseline][e]) / np.exp(theta[lay.gain][e])), 0.0)
 
     def residual(self, theta: Array, h: Array) -> Array:
         """Residuals (m,) [ppm], readings minus prediction; for censored readings see `oio.gas.censored.residual`."""

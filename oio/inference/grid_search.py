@@ -1,5 +1,7 @@
 """Grid search over source positions: cost of the readings predicted along one nose path, with the strength fitted at each position."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,49 @@ from oio.core.records import Array
 from oio.gas.range_law import MAX_LN_C, SX, SY, SZ, log_concentration
 from oio.inference.extension_kernel import LawScale
 from oio.inference.forward_kernel import Lag, lag_step
+
+
+class Course(NamedTuple):
+    """Path of one of two places from its first reading on, and the readings from there."""
+
+    nose: Array  # (k, 3) [m]
+    dt: Array  # (k,) [s]
+    at: NDArray[np.int64]  # (m,), path index of each reading
+    gain: Array  # (m,)
+    start: float  # initial lag state [ppm]
+
+
+def grid_costs_of_pair(
+    thetas: Array, courses: list[Course], is_second: NDArray[np.bool_], law: LawScale, lag: Lag, readings: tuple[Array, Array, Array]
+) -> tuple[Array, Array]:
+    """As `grid_costs`, of readings from two places; which of them (m,) are from the second; `readings`: left, z and weight, each (m,)."""
+    (left, z, weight), h = readings, np.empty((len(thetas), len(is_second)))
+    for course, here in zip(courses, (~is_second, is_second), strict=True):
+        h[:, here] = _grid_readings(thetas, course.nose, course.dt, course.at, course.gain, course.start, law, lag)
+    h -= left
+    factor = np.maximum(h @ (weight * z) / np.maximum((h * h) @ weight, 1e-300), 1e-6)
+    return (z - factor[:, None] * h) ** 2 @ weight, np.log(factor)
+
+
+@compiled
+def _grid_readings(
+    thetas: Array, nose: Array, dt: Array, at: NDArray[np.int64], gain: Array, start: float, law: LawScale, lag: Lag
+) -> Array:
+    """Predicted readings (j, m) [ppm], without offsets, of thetas (j, P)."""
+    steps, h = _lag_steps(dt, lag), np.empty((len(thetas), len(at)))
+    for j in range(len(thetas)):
+        _expected_readings(thetas[j], nose, at, gain, start, law, steps, h[j])
+    return h
+
+
+@compiled
+def _lag_steps(dt: Array, lag: Lag) -> Array:
+    """phi and w0 + phi of every step, for rise and fall (k, 2, 2)."""
+    steps = np.empty((len(dt), 2, 2))
+    for i in range(len(dt)):
+        for j in range(2):
+            steps[i, j, 0], steps[i, j, 1], _ = lag_step(dt[i], lag[j])
+    return steps
 
 
 @compiled
@@ -22,10 +67,7 @@ def grid_costs(
     state (`left`), signal above that (z) [ppm], and weight. `law`: r_ref and radius [m]. `lag`: rise and fall [s].
     """
     costs, ln_factors, h = np.empty(len(thetas)), np.empty(len(thetas)), np.empty(len(at))
-    steps = np.empty((len(dt), 2, 2))  # phi and w0 + phi of every step, for rise and fall
-    for i in range(len(dt)):
-        for j in range(2):
-            steps[i, j, 0], steps[i, j, 1], _ = lag_step(dt[i], lag[j])
+    steps = _lag_steps(dt, lag)
     for j in range(len(thetas)):
         _expected_readings(thetas[j], nose, at, gain, start, law, steps, h)
         hz, hh, cost = 0.0, 0.0, 0.0

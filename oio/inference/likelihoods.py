@@ -4,13 +4,15 @@ The results equal those of `oio.gas.whitening.whiten`, one by one, to the bit, b
 over every step, that of the fluctuation for every correlation time, and the amplitude for every shape.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import Fluctuation, PathField, fluctuation_ppm, lagged_ou_step
-from oio.gas.whitening import Whitened, whitening_filter
+from oio.gas.whitening import Whitened, whiten, whitening_filter
 
 GAMMAS = np.geomspace(0.005, 1.5, 18)
 TIMES_S = np.geomspace(0.1, 10.0, 10)
@@ -28,6 +30,8 @@ def minus_2_log_likelihoods(
     residual: Array, along: PathField, scale: float, shapes: list[tuple[float, float, float]], times_s: Array
 ) -> Array:
     """-2 ln L (s, t), up to a constant, of residuals (m,) along a path, for shapes (n u_p [m], w, gamma) and times (t,) [s]."""
+    if along.second is not None:
+        return _of_a_pair(residual, along, scale, shapes, times_s)
     f, squares = along.field, np.array([gamma**2 for _, _, gamma in shapes])
     path = f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s
     grid = np.array(shapes), squares, times_s, f.r_ref_m
@@ -35,6 +39,18 @@ def minus_2_log_likelihoods(
     m = len(residual)
     pairs = zip(rows.reshape(-1, m, 1), expected.reshape(-1, m), strict=True)
     return np.array([Whitened(*pair).minus_2_log_likelihood for pair in pairs]).reshape(len(shapes), len(times_s))
+
+
+def _of_a_pair(residual: Array, along: PathField, scale: float, shapes: list[tuple[float, float, float]], times_s: Array) -> Array:
+    """The same for two places, one by one."""
+    assert along.second is not None
+    column, costs = np.ascontiguousarray(residual[:, None]), np.empty((len(shapes), len(times_s)))
+    for i, (slope, w, gamma) in enumerate(shapes):
+        one, other = (replace(field, slope_m=slope, model_discrepancy=w) for field in (along.field, along.second.field))
+        shaped = replace(along, field=one, second=replace(along.second, field=other))
+        for j, t_s in enumerate(times_s):
+            costs[i, j] = whiten(column, shaped, Fluctuation(scale, gamma, float(t_s))).minus_2_log_likelihood
+    return costs
 
 
 @compiled

@@ -7,9 +7,10 @@ Known parameters enter as tight priors, so that one fit serves the beacon (s kno
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oio.core.records import Array
-from oio.gas.fluctuation import Fluctuation, PathField
+from oio.gas.fluctuation import Fluctuation, MeanField, PathField
 from oio.gas.range_law import SOURCE, RangeLaw
 from oio.gas.whitening import Whitening
 from oio.inference.forward_model import ParameterLayout, Prediction, Problem
@@ -28,8 +29,8 @@ MAX_STEP = 2.0  # step limit per parameter, in prior standard deviations
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
     """Result of `solve`: mean and cov of theta, `chi2` = -2 ln posterior up to a constant, lagged mean concentration at the end of the
-    trace; the fluctuation, number of readings and range law of the fit; -2 ln of its evidence (see `minus_2_log_evidence`), the extension
-    of the law, and what world it assumes."""
+    trace (`lagged_ppm_at`: at each place, if the sensor has two); the fluctuation, number of readings and range law of the fit; -2 ln of
+    its evidence (see `minus_2_log_evidence`), the extension of the law, and what world it assumes."""
 
     layout: ParameterLayout
     mean: Array
@@ -45,6 +46,7 @@ class Fit:
     charged: float = 0.0  # prior odds against that world, in -2 ln, within the evidence
     inflation: float = 1.0  # of the covariance
     residuals: ResidualTest | None = None  # of the best hypothesis of a map
+    lagged_ppm_at: tuple[float, ...] = ()
 
     @property
     def source(self) -> Array:
@@ -94,8 +96,17 @@ def _weighed_by_readings(problem: Problem, theta: Array, expected: Prediction, n
     """Whitening of a fluctuation in proportion to what was read instead of what is expected at theta."""
     sniffs, along = problem.sniffs, expected.along
     read = np.maximum(sniffs.ppm - theta[problem.layout.baseline][sniffs.element], sniffs.sigma_ppm) / along.gain
-    mean_ppm = np.interp(np.arange(len(sniffs.t_s)), sniffs.at, read)
-    return Whitening(replace(along, field=replace(along.field, mean_ppm=mean_ppm, rarity=np.ones_like(mean_ppm))), noise)
+    if along.second is None:
+        return Whitening(replace(along, field=_as_read(along.field, sniffs.at, read)), noise)
+    there = along.second.is_second
+    second = replace(along.second, field=_as_read(along.second.field, sniffs.at[there], read[there]))
+    return Whitening(replace(along, field=_as_read(along.field, sniffs.at[~there], read[~there]), second=second), noise)
+
+
+def _as_read(field: MeanField, at: NDArray[np.int64], read_ppm: Array) -> MeanField:
+    """The field (k,) with the concentration of readings (m,) [ppm] at these indices of the path, and no rarity."""
+    mean_ppm = np.interp(np.arange(len(field.mean_ppm)), at, read_ppm)
+    return replace(field, mean_ppm=mean_ppm, rarity=np.ones_like(mean_ppm))
 
 
 def _damped_step(
@@ -132,7 +143,7 @@ def _result(problem: Problem, theta: Array, root: Array, noise: Fluctuation, exp
     evidence = chi2 + float(np.linalg.slogdet(hessian)[1])  # Laplace's approximation: the prior is a unit normal in u, and its volume is 1
     return Fit(
         problem.layout, theta, 0.5 * (cov + cov.T), chi2, expected.lagged_ppm, noise, len(expected.ppm), problem.law,
-        evidence, problem.extension,
+        evidence, problem.extension, lagged_ppm_at=expected.lagged_ppm_at,
     )  # fmt: skip
 
 
@@ -143,5 +154,5 @@ def discrepancy_m(problem: Problem, theta: Array, told: Array, along: PathField)
     by the source position; r is the mean distance of the readings, weighted by its square.
     """
     weight = np.einsum("ij,ij->i", told, told)
-    r_m = float(weight @ along.field.r_m[along.at]) / max(float(np.sum(weight)), 1e-300)
+    r_m = float(weight @ along.r_of_readings) / max(float(np.sum(weight)), 1e-300)
     return problem.law.model_discrepancy * r_m / max(float(theta[problem.layout.exponent]), 0.1)

@@ -68,9 +68,21 @@ def by_ln_fall(problem: Problem, theta: Array, expected: Prediction) -> Array:
     two predictions would take such a leap for a derivative.
     """
     lay, sniffs, along = problem.layout, problem.sniffs, expected.along
-    e = sniffs.element[0]
-    initial = max(float((sniffs.ppm[0] - theta[lay.baseline][e]) / np.exp(theta[lay.gain][e])), 0.0)
-    return np.asarray(along.gain * _lagged_by_ln_fall(along.field.mean_ppm, along.dt_s, along.tau_s, initial)[along.at])
+    every = np.ones(len(along.at), dtype=np.bool_)
+    if along.second is None:
+        fields = [(along.field.mean_ppm, along.tau_s, every)]
+    else:
+        there = along.second.is_second
+        fields = [(along.field.mean_ppm, along.tau_s, ~there), (along.second.field.mean_ppm, along.second.tau_s, there)]
+    out = np.empty(len(along.at))
+    for mean_ppm, tau_s, here in fields:
+        first = int(np.argmax(here))
+        e, begin = sniffs.element[first], along.at[first]
+        initial = max(float((sniffs.ppm[first] - theta[lay.baseline][e]) / np.exp(theta[lay.gain][e])), 0.0)
+        dt_s = along.dt_s[begin:].copy()
+        dt_s[0] = 0.0
+        out[here] = _lagged_by_ln_fall(mean_ppm[begin:], dt_s, tau_s[begin:], initial)[along.at[here] - begin]
+    return np.asarray(along.gain * out)
 
 
 @compiled

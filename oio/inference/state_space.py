@@ -1,20 +1,22 @@
 """State-space model of olfactory inertial odometry: state vector, transition with process noise, and measurement model.
 
-x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | u 1/m | b (E) ppm | f ppm | m)
+x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | u 1/m | b (E) ppm | f (P) ppm | m (P))
 
 o, v, a: encoder offset of each joint with its rate and acceleration (the paper's drift is quadratic); s, l: source and ln strength;
 n, k, u: exponent, wind and thinning of the range law; b: offsets of the elements; f: lagged concentration; m: relative fluctuation.
 The nose is at p(q - o). f follows c(p) (1 + h m) with the sensor's lag, m is an Ornstein-Uhlenbeck process of variance gamma^2 and
-correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + white noise.
+correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + white noise. Elements at two places (P = 2) have an f and an
+m each, the latter correlated by exp(-d / r), d the distance of the places.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, JointState, seconds
-from oio.gas.fluctuation import Fluctuation, lagged_ou_steps
+from oio.gas.fluctuation import Fluctuation, lagged_ou_cross, lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
 from oio.gas.source_shape import MOST, POINT_SOURCE, SourceShape, against_nose, field_of_shape
 from oio.inference.map_fit import Fit
@@ -47,13 +49,23 @@ class StateSpace:
     @cached_property
     def size(self) -> int:
         """Length of the state."""
-        return 3 * self.arm.dof + LAW + 2 + self.elements
+        return 3 * self.arm.dof + LAW + 2 * self.places + self.elements
+
+    @cached_property
+    def place_of(self) -> tuple[int, ...]:
+        """Index of the place of each element."""
+        return self.arm.place_of(self.elements)
+
+    @property
+    def places(self) -> int:
+        """Number of distinct places of the elements."""
+        return max(self.place_of) + 1
 
     @cached_property
     def at(self) -> dict[str, slice]:
         """Slice of each block in the state."""
         n, names, where = self.arm.dof, {}, 0
-        sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "u": 1, "b": self.elements, "f": 1, "m": 1}
+        sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "u": 1, "b": self.elements, "f": self.places, "m": self.places}
         for block, size in sizes.items():
             names[block] = slice(where, where + size)
             where += size
@@ -64,13 +76,28 @@ class StateSpace:
         """Name of each state."""
         joints = [f"{what}_{joint}" for what in ("offset", "rate", "acceleration") for joint in self.arm.names]
         rest = ["source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning"]
-        return (*joints, *rest, *(f"baseline_{e}" for e in range(self.elements)), "lagged", "fluctuation")
+        at = ("",) if self.places == 1 else tuple(f"_{i}" for i in range(self.places))
+        gas = *(f"lagged{i}" for i in at), *(f"fluctuation{i}" for i in at)
+        return (*joints, *rest, *(f"baseline_{e}" for e in range(self.elements)), *gas)
 
     @cached_property
     def units(self) -> tuple[str, ...]:
         """Unit of each state."""
         joints = [unit + per for per in ("", "/s", "/s^2") for unit in self.arm.units]
-        return (*joints, "m", "m", "m", "1", "1", "1/m", "1/m", "1/m", "1/m", *["ppm"] * self.elements, "ppm", "1")
+        return (
+            *joints,
+            "m",
+            "m",
+            "m",
+            "1",
+            "1",
+            "1/m",
+            "1/m",
+            "1/m",
+            "1/m",
+            *["ppm"] * (self.elements + self.places),
+            *["1"] * self.places,
+        )
 
     def begin(self, fit: Fit, t_ns: int, measurements: int) -> Belief:
         """Initial belief from a batch fit of `measurements` measurements, drift propagated exactly to t_ns; P0 widened by the assembly."""
@@ -82,10 +109,12 @@ class StateSpace:
         transform[self.at["b"], lay.baseline] = np.eye(self.elements)
         self._add_latest_changes(transform, fit, t)
         mean, cov = transform @ fit.mean, transform @ fit.cov @ transform.T
-        f, m, fl = self.at["f"].start, self.at["m"].start, self.fluctuation
-        mean[f] = fit.lagged_ppm
-        cov[f, f] = (fl.gamma * fit.lagged_ppm) ** 2 + self.sigma_ppm**2
-        cov[m, m] = fl.gamma**2
+        f, m, fl = self.at["f"], self.at["m"], self.fluctuation
+        correlation = np.array([[1.0, np.exp(-self.arm.spacing_m / self.law.r_ref_m)], [0.0, 1.0]])[: self.places, : self.places]
+        correlation = np.maximum(correlation, correlation.T)
+        lagged = np.array(fit.lagged_ppm_at if self.places > 1 and fit.lagged_ppm_at else (fit.lagged_ppm,) * self.places)
+        mean[f], cov[m, m] = lagged, fl.gamma**2 * correlation
+        cov[f, f] = np.outer(fl.gamma * lagged, fl.gamma * lagged) * correlation + self.sigma_ppm**2 * np.eye(self.places)
         share = min(self.noise.measurements / max(measurements, 1), 1.0)
         cov[self.at["s"], self.at["s"]] += share * self.noise.source_p0_m2 * np.eye(3)
         cov[np.diag_indices(self.size)] += 1e-18
@@ -130,13 +159,30 @@ class StateSpace:
         F takes amplitude and rate of the gas fluctuation as constant; their dependence on the source is neglected (exact at m = 0).
         """
         at, n, fl = self.at, self.arm.dof, self.fluctuation
-        i, s, m = at["f"].start, at["s"].start, at["m"].start
         o, v, a = np.arange(n), np.arange(n, 2 * n), np.arange(2 * n, 3 * n)
         new, jacobian = x.copy(), np.eye(self.size)
         new[at["o"]] += dt_s * x[at["v"]] + 0.5 * dt_s**2 * x[at["a"]]
         new[at["v"]] += dt_s * x[at["a"]]
         jacobian[o, v], jacobian[o, a], jacobian[v, a] = dt_s, 0.5 * dt_s**2, dt_s
-        p, jac = self.arm.nose_jacobian(joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])  # midpoint: concentration is constant over a step
+        q = np.diag(self.process_noise_diagonal(dt_s))
+        if self.process_noise.drift_deg_s2_sqrt_s > 0.0:
+            q[: 3 * n, : 3 * n] += np.kron(self._drift_process_noise(dt_s), np.eye(n))
+        rows = (joints.q - 0.5 * dt_s * joints.dq - new[at["o"]])[None]  # midpoint: concentration is constant over a step
+        gas = [self._gas_step(x, new, jacobian, q, e, p[0], jac[0], dt_s, joints) for e, (p, jac) in self._element_poses(rows)]
+        if self.places == 2:
+            self._add_cross(q, gas, fl.gamma**2)
+        return new, jacobian, q
+
+    def _element_poses(self, q: Array) -> Iterable[tuple[int, tuple[Array, Array]]]:
+        return enumerate(zip(*self.arm.element_jacobians(q, self.elements), strict=True))
+
+    def _gas_step(
+        self, x: Array, new: Array, jacobian: Array, q: Array, e: int, p: Array, jac: Array, dt_s: float, joints: JointState
+    ) -> tuple[Array, float, float, float, float]:
+        """Fill f and m of place e at p (3,) with Jacobian (3, n); return its lag and fluctuation terms (6,), tau, correlation time,
+        amplitude and distance."""
+        at, s, fl = self.at, self.at["s"].start, self.fluctuation
+        i, m = at["f"].start + e, at["m"].start + e
         c, grad, r, rarity = concentration(p[None, :], x[s : s + LAW], self.law.r_ref_m, self.law.radius_m)
         by_nose = grad[0, SOURCE]
         if self.shape.kind:
@@ -155,11 +201,17 @@ class StateSpace:
         jacobian[i, s : s + LAW] = f_by_ln_c * grad[0]
         jacobian[i, at["o"]], jacobian[i, at["v"]], jacobian[i, at["a"]] = by_o, dt_s * by_o, 0.5 * dt_s**2 * by_o
         jacobian[i, i], jacobian[i, m], jacobian[m, m] = phi, coupling, keep
-        q = np.diag(self.process_noise_diagonal(dt_s))
-        if self.process_noise.drift_deg_s2_sqrt_s > 0.0:
-            q[: 3 * n, : 3 * n] += np.kron(self._drift_process_noise(dt_s), np.eye(n))
         q[i, i], q[i, m], q[m, i], q[m, m] = step[3], step[4], step[4], step[5]
-        return new, jacobian, q
+        return step, float(tau[0]), float(1.0 / fl.rate(field)[0]), float(amplitude[0]), float(r[0])
+
+    def _add_cross(self, q: Array, gas: list[tuple[Array, float, float, float, float]], variance: float) -> None:
+        """Covariance of the two places' noise in Q: their fluctuations are correlated."""
+        (step, *one), (other, *two) = gas
+        (tau, t, swing, r), out, f, m = np.stack([one, two], axis=1), np.empty(4), self.at["f"].start, self.at["m"].start
+        rho = float(np.exp(-2.0 * self.arm.spacing_m / np.sum(r)))
+        lagged_ou_cross(step, other, tau, t, swing, variance, rho, out)
+        for i, j, value in zip((f, f, m, m), (f + 1, m + 1, f + 1, m + 1), out, strict=True):
+            q[i, j] = q[j, i] = value
 
     def _speed(self, jac: Array, joints: JointState) -> Array:
         """Speed of the nose (1,) [m/s]; a joint slower than one count per sample is at rest."""
@@ -190,14 +242,15 @@ class StateSpace:
         law, fl, per_step = self.law, self.fluctuation, self.process_noise_diagonal(0.0)
         gas = GasConstants(
             law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_jitter_m, law.model_discrepancy,
-            self.process_noise.rest_speed_rad_s, self.shape,
+            self.process_noise.rest_speed_rad_s, np.array([chain.offset for chain in self.arm.element_chains[: self.places]]),
+            self.arm.spacing_m, self.shape,
         )  # fmt: skip
         drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
         return StepConstants(gas, np.array([per_step, self.process_noise_diagonal(1.0) - per_step]), drift)
 
     def measurement(self, x: Array, reading: GasReading) -> tuple[float, Array, float]:
         """Measurement model: predicted reading [ppm], Jacobian H (N,), and R [ppm^2], variance of a single reading or the assembly's."""
-        e, i = reading.element, self.at["f"].start
+        e, i = reading.element, self.at["f"].start + self.place_of[reading.element]
         row = np.zeros(self.size)
         row[i], row[self.at["b"].start + e] = self.gain[e], 1.0
         single_ppm2 = self.fluctuation.scale * reading.sigma_ppm**2

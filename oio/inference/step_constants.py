@@ -18,6 +18,8 @@ class GasConstants(NamedTuple):
     nose_jitter_m: float
     model_discrepancy: float
     rest_speed_rad_s: float
+    places_m: Array  # (P, 3), distinct places of the elements in the frame of the last joint
+    spacing_m: float  # between two
     shape: SourceShape = POINT_SOURCE
 
 

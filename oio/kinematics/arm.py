@@ -29,6 +29,9 @@ class Arm(Workspace):
     nose_site: str  # the site of an MJCF where the nose is,
     nose_body: str | None  # or, if it is given, the nose is on this body (the only way in a URDF),
     nose_offset_m: Annotated[tuple[float, float, float], Within(-2, 2)]  # here in the frame of that body
+    # element_places_m: of a sensor with two elements, each from the nose and in its frame (zero: both are at the nose),
+    element_places_m: Annotated[tuple[tuple[float, float, float], tuple[float, float, float]], Within(-0.5, 0.5)]
+    element_spacing_m: Annotated[float, Within(0, 0.5)]  # and so far apart besides, along the y axis of that frame, the first on its + side
     dof: Annotated[int, Within(1, 100)]  # how many joints move, a rung of the ladder
     # ladder: rungs in the order of calibration; None: 1, 2, 3 and all joints, as the paper's 1, 2, 3, 5
     ladder: Annotated[tuple[int, ...] | None, Within(1, 100)]
@@ -91,6 +94,12 @@ class Arm(Workspace):
     def all_names(self) -> tuple[str, ...]:
         """Names of all joints, base to nose."""
         return self.model.names
+
+    @cached_property
+    def element_offsets_m(self) -> Array:
+        """Where the sensor's elements are, from the nose and in its frame (2, 3) m; zero: all are at the nose."""
+        apart = 0.5 * self.element_spacing_m * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+        return np.array(self.element_places_m) + apart
 
     @cached_property
     def homed(self) -> Homing | None:

@@ -30,7 +30,8 @@ class NosePoint:
 
 @dataclass(frozen=True, eq=False)
 class KinematicChain:
-    """m joints from the world to the nose: names, poses (m, 4, 4), axes (m, 3), kinds (m,), limits (m,), nose_offset (3,)."""
+    """m joints from the world to the nose: names, poses (m, 4, 4), axes (m, 3), kinds (m,), limits (m,), nose_offset (3,); nose_rotation
+    (3, 3) from the frame of the nose to that of the last joint."""
 
     names: tuple[str, ...]
     poses: Array
@@ -39,6 +40,7 @@ class KinematicChain:
     low: Array
     high: Array
     nose_offset: Array
+    nose_rotation: Array
 
 
 def load_chain(path: Path, nose: NosePoint | None = None) -> KinematicChain:
@@ -47,7 +49,7 @@ def load_chain(path: Path, nose: NosePoint | None = None) -> KinematicChain:
     Raises BadInput if MuJoCo does not compile the file, if the nose is not in it or no joint moves it, and for ball and free joints.
     """
     nose, model = nose or NosePoint(), compile_kinematics(path)
-    body, offset_m = _nose(model, nose, path)
+    body, at_nose = _nose(model, nose, path)
     pose, poses, joints = np.eye(4), list[Array](), list[int]()
     for b in _from_world(model, body):
         pose = pose @ _transform(model.body_pos[b], model.body_quat[b])
@@ -66,12 +68,13 @@ def load_chain(path: Path, nose: NosePoint | None = None) -> KinematicChain:
         kinds=np.array([SLIDE if _is_slide(model, j) else HINGE for j in joints]),
         low=ranges[:, 0],
         high=ranges[:, 1],
-        nose_offset=(pose @ np.append(offset_m, 1.0))[:3],
+        nose_offset=(pose @ np.append(at_nose[:3, 3], 1.0))[:3],
+        nose_rotation=pose[:3, :3] @ at_nose[:3, :3],
     )
 
 
 def _nose(model: Any, nose: NosePoint, path: Path) -> tuple[int, Array]:
-    """The body that carries the nose, and where on it (3,) m."""
+    """The body that carries the nose, and the pose of the nose on it (4, 4)."""
     import mujoco
 
     if nose.body is not None:
@@ -79,7 +82,7 @@ def _nose(model: Any, nose: NosePoint, path: Path) -> tuple[int, Array]:
         if body < 0:
             there = ", ".join(filter(None, (model.body(i).name for i in range(1, model.nbody))))
             raise BadInput(f"arm.nose_body={nose.body} was given, but the bodies of {path} are {there}. Type one of them.")
-        return int(body), np.array(nose.offset_m)
+        return int(body), _translation(np.array(nose.offset_m))
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, nose.site)
     if site < 0:
         there = ", ".join(filter(None, (model.site(i).name for i in range(model.nsite)))) or "none"
@@ -87,7 +90,7 @@ def _nose(model: Any, nose: NosePoint, path: Path) -> tuple[int, Array]:
             f'{path} has no site named \'{nose.site}\' (sites: {there}). Add <site name="{nose.site}" pos="..."/> where the sensor sits, '
             f"type arm.nose_site=NAME, or name a body: arm.nose_body=NAME arm.nose_offset_m=[x,y,z]."
         )
-    return int(model.site_bodyid[site]), np.array(model.site_pos[site])
+    return int(model.site_bodyid[site]), _transform(model.site_pos[site], model.site_quat[site])
 
 
 def _from_world(model: Any, body: int) -> Iterator[int]:

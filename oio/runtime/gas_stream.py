@@ -34,7 +34,7 @@ class GasStream:
 
     def arrived(self, t_ns: int) -> None:
         """Take note of a sample."""
-        if self._last_ns is not None:
+        if self._last_ns is not None and t_ns > self._last_ns:  # two elements may be sampled at once
             self._intervals_ns.append(t_ns - self._last_ns)
         self._last_ns = t_ns
 

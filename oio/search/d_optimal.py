@@ -3,7 +3,7 @@
 Candidates are poses about every hypothesis, at a few distances, and random poses while the source is poorly known. A sniff at a
 candidate is one measurement of ln c with variance gamma^2 I / n + (sigma / c)^2, n the number of eddies that pass during the dwell; the
 posterior of the source under it is a rank-one update of the belief. While several hypotheses are left, the difference of their
-predictions counts as well (in units of that variance).
+predictions counts as well (in units of that variance). Elements at two places make two measurements, whose fluctuations are correlated.
 """
 
 from typing import Annotated
@@ -88,6 +88,8 @@ def expected_information(view: View, candidates: Array) -> Array:
     """Return the expected gain (k,) of ln det of the source's precision from a sniff at candidates (k, n), plus that about hypotheses."""
     assert view.belief is not None
     model, x, cov = view.model, view.belief.mean, view.belief.cov
+    if model.places == 2:
+        return _information_of_pair(view, candidates)
     at, s = model.at, model.at["s"].start
     p, jac = model.arm.nose_jacobian(candidates - x[at["o"]])
     c, grad, r, rarity = concentration(p, x[s : s + LAW], model.law.r_ref_m, model.law.radius_m)
@@ -107,10 +109,47 @@ def expected_information(view: View, candidates: Array) -> Array:
     return np.asarray(gain)
 
 
+def _information_of_pair(view: View, candidates: Array) -> Array:
+    """The same (k,) for elements at two places."""
+    assert view.belief is not None
+    model, x, cov = view.model, view.belief.mean, view.belief.cov
+    at, s, least = model.at, model.at["s"].start, NO_GAS * model.sigma_ppm
+    p, jac = model.arm.element_jacobians(candidates - x[at["o"]], model.elements)
+    fields = [concentration(place, x[s : s + LAW], model.law.r_ref_m, model.law.radius_m) for place in p]
+    rows = np.zeros((len(candidates), 2, model.size))
+    rows[:, :, s : s + LAW] = np.stack([grad for _, grad, _, _ in fields], axis=1)
+    rows[:, :, at["o"]] = np.einsum("kea,ekaj->kej", rows[:, :, s + SOURCE.start : s + SOURCE.stop], jac)
+    parts = [_variances(view, c, r, rarity) for c, _, r, rarity in fields]
+    swing = np.sqrt(np.stack([fluctuation for fluctuation, _ in parts], axis=1))
+    rho = np.exp(-2.0 * model.arm.spacing_m / (fields[0][2] + fields[1][2]))
+    noise = swing[:, :, None] * swing[:, None, :]
+    noise[:, 0, 1] *= rho
+    noise[:, 1, 0] *= rho
+    noise[:, [0, 1], [0, 1]] += np.stack([white for _, white in parts], axis=1)
+    ph = rows @ cov
+    told = ph[:, :, at["s"]]
+    innovation = ph @ rows.transpose(0, 2, 1) + noise
+    left = np.eye(2) - np.linalg.solve(innovation, told @ np.linalg.inv(cov[at["s"], at["s"]]) @ told.transpose(0, 2, 1))
+    gain = -np.log(np.maximum(np.linalg.det(left), 1e-9))
+    expected = np.log(np.maximum(np.stack([c for c, _, _, _ in fields], axis=1), least))
+    for other in view.hypotheses[1:]:
+        there = [concentration(place, other.mean[:LAW], model.law.r_ref_m, model.law.radius_m)[0] for place in p]
+        apart = np.log(np.maximum(np.stack(there, axis=1), least)) - expected
+        gain = gain + np.log1p(np.einsum("ke,ke->k", apart, np.linalg.solve(noise, apart[:, :, None])[:, :, 0]))
+    return np.asarray(gain)
+
+
 def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
     """Variance (k,) of one measurement of ln c during a dwell: gas fluctuation and sensor noise."""
+    fluctuation, white = _variances(view, c, r, rarity)
+    return fluctuation + white
+
+
+def _variances(view: View, c: Array, r: Array, rarity: Array) -> tuple[Array, Array]:
+    """The two parts of `_variance`."""
     assert view.belief is not None
     fl, exponent = view.model.fluctuation, float(view.belief.mean[view.model.at["n"]][0])
     field = view.model.law.field(c, rarity, r, np.zeros_like(r), exponent)
     eddies = np.maximum(view.dwell_s * fl.rate(field), 1.0)
-    return (fl.gamma * fl.height(field)) ** 2 / eddies + (view.model.sigma_ppm / np.maximum(c, NO_GAS * view.model.sigma_ppm)) ** 2
+    white = (view.model.sigma_ppm / np.maximum(c, NO_GAS * view.model.sigma_ppm)) ** 2
+    return (fl.gamma * fl.height(field)) ** 2 / eddies, np.asarray(white)

@@ -44,12 +44,7 @@ class Gradient:
 
     def climbed(self, y: Array) -> tuple[int, float]:
         """Return the index of the best of ln signals y (k,) in order of time, and the adapted step after them."""
-        best, step = 0, self.step
-        for i in range(1, len(y)):
-            gain = y[i] > y[best]
-            best, step = (i, step / self.step_factor) if gain else (best, step * self.step_factor)
-            step = min(max(step, self.min_step), self.step)
-        return best, step
+        return climbed(y, self.step, self.min_step, self.step_factor)
 
     def direction(self, x: Array, y: Array, rng: np.random.Generator) -> Array:
         """Return the unit vector (r,) up the plane through ln signals y (k,) at x (k, r) steps from the best; a probe without a slope."""
@@ -68,3 +63,14 @@ class Gradient:
         direction = rng.standard_normal(tangents.shape[1])
         step = self.step * box_diagonal_m(view) / np.linalg.norm(direction)
         return step_toward(view, view.arm.nose(view.arm.home) + step * (tangents @ direction), rng)
+
+
+def climbed(y: Array, step: float, min_step: float, factor: float) -> tuple[int, float]:
+    """Return the index of the best of ln signals y (k,) in order of time, and the step after them: `factor` times it after a move without
+    gain, over it after a gain, within its bounds."""
+    best, adapted = 0, step
+    for i in range(1, len(y)):
+        gain = y[i] > y[best]
+        best, adapted = (i, adapted / factor) if gain else (best, adapted * factor)
+        adapted = min(max(adapted, min_step), step)
+    return best, adapted

@@ -40,4 +40,4 @@ class MoveRecorder:
         """Return the finished move to goal (n,) rad."""
         whiffs, threshold = self._whiffs, self._whiff_sigmas
         whiff_q = whiffs.q if whiffs.fresh > threshold else None
-        return Move(goal, float(np.mean(self._bout_flags)), whiffs.ppm, whiff_q, whiffs.level <= threshold)
+        return Move(goal, float(np.mean(self._bout_flags)), whiffs.ppm, whiff_q, whiffs.level <= threshold, whiffs.element_ppm)

@@ -16,11 +16,13 @@ MAX_LAG_SHARE = 0.75  # largest share of a change held back by the lag that is c
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SniffHistory:
-    """Moves with a signal: joints (k, n) rad, believed nose (k, 3) m, settled signal (k,) ppm."""
+    """Moves with a signal: joints (k, n) rad, believed nose (k, 3) m, settled signal (k,) ppm, and that of each of two elements over its
+    gain (k, 2) ppm, NaN where there are not two."""
 
     q: Array
     p_m: Array
     ppm: Array
+    pair_ppm: Array
 
 
 def joint_offsets(view: View) -> Array:
@@ -56,11 +58,23 @@ def sniff_history(view: View) -> SniffHistory:
     f_i = phi f_{i-1} + (1 - phi) c_i over the dwell and half of the travel time gives c_i.
     """
     q, f = goals(view), np.array([move.ppm for move in view.moves])
+    measured = np.flatnonzero(f != 0.0)
+    nose_m = view.arm.nose(q[1:][measured] - joint_offsets(view))
+    return SniffHistory(q[1:][measured], nose_m, _settled(view, q, f)[measured], _settled_pair(view, q)[measured])
+
+
+def _settled(view: View, q: Array, f: Array) -> Array:
+    """Settled signal (k,) of signals f (k,) at the ends of moves between goals q (k + 1, n)."""
     phi = np.array([_lag_share(view, q[i], q[i + 1], i > 0 and f[i] > f[i - 1]) for i in range(len(f))])
     previous = np.concatenate([f[:1], f[:-1]])
-    settled = f + phi / (1.0 - phi) * np.where(previous != 0.0, f - previous, 0.0)
-    measured = np.flatnonzero(f != 0.0)
-    return SniffHistory(q[1:][measured], view.arm.nose(q[1:][measured] - joint_offsets(view)), settled[measured])
+    return np.asarray(f + phi / (1.0 - phi) * np.where(previous != 0.0, f - previous, 0.0))
+
+
+def _settled_pair(view: View, q: Array) -> Array:
+    signals = np.array([move.element_ppm if len(move.element_ppm) == 2 else (np.nan, np.nan) for move in view.moves]).reshape(-1, 2)
+    if view.arm.spacing_m == 0.0 or len(view.model.gain) != 2:
+        return np.full(signals.shape, np.nan)
+    return np.column_stack([_settled(view, q, column) for column in signals.T]) / view.model.gain
 
 
 def _lag_share(view: View, q_from: Array, q_to: Array, rising: bool) -> float:

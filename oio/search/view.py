@@ -18,6 +18,7 @@ class Move:
     ppm: float
     whiff_q: Array | None = None
     silent: bool = False
+    element_ppm: tuple[float, ...] = ()  # signal of each element at its end; empty if one was not read
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ def test_readings_off_the_path_are_refused(lab):
     sn, law = made.problem(made.theta(), poses=3).sniffs, made.law
     path, scale = SensedPath(sn.t_s, sn.q, sn.at + len(sn.t_s), sn.element), LawScale(law.r_ref_m, law.radius_m)
     with pytest.raises(ValueError, match="on the path"):
-        predict_readings(made.mean, path, 0.0, made.arm.adjoint, scale, Lag(0.4, 0.6), UNEXTENDED.knots, False)
+        predict_readings(made.mean, path, 0.0, made.arm.adjoints[0], scale, Lag(0.4, 0.6), UNEXTENDED.knots, False)
 
 
 kinds = st.lists(st.sampled_from([SLIDE, HINGE]), min_size=1, max_size=6)

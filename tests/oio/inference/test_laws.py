@@ -40,9 +40,26 @@ class Elsewhere:
         p, jacobian = self._arm.nose_jacobian(q)
         return self.at(p), self._unit * self.turn @ jacobian
 
+    def board(self, q, elements):
+        return self.at(self._arm.board(q, elements))
+
+    def place_of(self, elements):
+        return self._arm.place_of(elements)
+
+    def element_jacobians(self, q, elements):
+        p, jacobian = self._arm.element_jacobians(q, elements)
+        return self.at(p), self._unit * self.turn @ jacobian
+
     @property
-    def adjoint(self):
-        turns, others, nose = (np.array(part) for part in self._arm.adjoint)
+    def spacing_m(self):
+        return self._unit * self._arm.spacing_m
+
+    @property
+    def adjoints(self):
+        return tuple(map(self._there, self._arm.adjoints))
+
+    def _there(self, chain):
+        turns, others, nose = (np.array(part) for part in chain)
         turns[0] = (self._unit * self.turn @ turns[0].reshape(3, 3)).ravel()
         others[0, 3:6] = self.at(others[0, 3:6])
         return AdjointChain(turns, others, nose)
