@@ -19,7 +19,7 @@ from oio.search.policy_network import FEATURES, PolicyNetwork, features
 
 KINDS = (("ndir", "still"), ("mox_mq", "draft"), ("pa", "steady"), ("mox_mq", "still"))  # sensor and air of each environment
 BENCHES = (300, 301)  # seeds of their benches
-OVERRIDES = {  # short, in the world of calibration alone, and with fewer and cheaper belief maps: four times as fast
+OVERRIDES = {  # short, in the world of calibration alone, and with fewer and cheaper belief maps
     "stage.navigate.max_moves": 40,
     "stage.navigate.mapping.recheck_moves": 10,
     "stage.navigate.mapping.remap_factor": 1.5,

@@ -1,28 +1,34 @@
-"""`searching` and `calibrating` make environments whose benches are made in a second or two; without gymnasium their tests are skipped."""
+"""`searching` and `calibrating` make environments whose benches are made in a second or two; without gymnasium no test is collected."""
+
+import importlib.util
 
 import pytest
 
-gymnasium = pytest.importorskip("gymnasium")
+if importlib.util.find_spec("gymnasium") is None:
+    collect_ignore_glob = ["test_*.py"]
 
 QUICK = {"stage.calibrate_bouts.moves_per_rung": 1, "stage.map_beliefs.repeats": 2, "stage.map_beliefs.budget_s": 0}
 
 
-@pytest.fixture
-def searching():
+def _made(name, **words):
+    import gymnasium
+
     import oio.gym  # noqa: F401  # registers
 
+    return gymnasium.make(name, **{"sensor": "ndir", "dof": 3, "bench_seeds": (3,), **words})
+
+
+@pytest.fixture
+def searching():
     def made(moves=8, overrides=None, **words):
-        told = {**QUICK, "stage.navigate.max_moves": moves, **(overrides or {})}
-        return gymnasium.make("OIO/Search-v0", **{"sensor": "ndir", "dof": 3, "bench_seeds": (3,), **words}, overrides=told)
+        return _made("OIO/Search-v0", overrides={**QUICK, "stage.navigate.max_moves": moves, **(overrides or {})}, **words)
 
     return made
 
 
 @pytest.fixture
 def calibrating():
-    import oio.gym  # noqa: F401
-
     def made(overrides=None, **words):
-        return gymnasium.make("OIO/Calibrate-v0", **{"sensor": "ndir", "dof": 3, "bench_seeds": (3,), **words}, overrides=overrides)
+        return _made("OIO/Calibrate-v0", overrides=overrides, **words)
 
     return made
