@@ -55,7 +55,15 @@ def test_there_are_pages_and_every_block_says_what_it_is():
         assert page.read_text(encoding="utf-8").count("```") == 2 * len(blocks(page)), page
 
 
-LONG = ("benchmark.md", "sweep.md", "choose.md", "change_the_world.md", "identify.md", "report.md")  # half a minute to a minute each
+LONG = (
+    "benchmark.md",
+    "sweep.md",
+    "choose.md",
+    "change_the_world.md",
+    "identify.md",
+    "report.md",
+    "stereo.md",
+)  # half a minute to a minute each
 
 
 @pytest.mark.parametrize("page", [pytest.param(page, marks=[pytest.mark.slow] * (page.name in LONG)) for page in RUN], ids=named)
