@@ -153,13 +153,13 @@ def accounted(out: Path) -> tuple[list[GasSample], str]:
 
 
 def test_what_the_plume_does_to_the_sensor_reaches_the_log_through_the_firmware(rooms: Any, tmp_path: Path) -> None:
-    with rooms(speed=2.0, arm=False) as room:
+    with rooms(speed=1.0, arm=False) as room:  # the host has one period, then, to select the other element
         run = room.run(tmp_path / "out", "stage=[warm_up,baseline]")
     assert run.returncode in (0, 3), run.stderr  # few moves: the verdict may be FAIL
     gas, account = accounted(tmp_path / "out")
     assert len(gas) > 20 and not re.search(SPOILT, account), account
-    taken = sorted([s.element for s in gas].count(element) for element in (0, 1))
-    assert taken[0] > 0.5 * taken[1]  # they take turns; a busy host may miss some of either
+    elements = [s.element for s in gas]
+    assert abs(elements.count(0) - elements.count(1)) <= 2  # they take turns
     for element in (0, 1):
         assert {s.raw for s in gas if s.element == element} <= set(room.realtime.given[element])  # to the count
     assert {s.raw for s in gas if s.element == 0} != {s.raw for s in gas if s.element == 1}
