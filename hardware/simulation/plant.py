@@ -7,43 +7,21 @@ sensor is exposed.
 
 import copy
 import math
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from hardware.simulation.encoders import Encoders
+from hardware.simulation.exposed_sensor import ExposedSensor
 from hardware.simulation.live_room import LiveRoom
 from hardware.simulation.mujoco_model import compile_model, nose_site, servo_of
 from hardware.simulation.plant_spec import PlantSpec
 from oio.core.errors import BadInput, OioError
-from oio.core.interfaces import PlacedUnit
 from oio.core.records import Array, Truth, nanoseconds, seconds
 from oio.core.seeds import Seeds
 
 END_STOP_RAD = math.radians(0.5)  # a joint this close to an end of its range is at its stop
-
-
-@runtime_checkable
-class SensorChanges(Protocol):
-    """Optional protocol of a sensor specimen whose lag and climate can change."""
-
-    def scale_lag(self, factor: float) -> None:
-        """Multiply the time constants by a factor from now on."""
-        ...
-
-    def scale_climate(self, factor: float) -> None:
-        """Multiply the swings of temperature and humidity by a factor from now on."""
-        ...
-
-
-@runtime_checkable
-class RenewableNoise(Protocol):
-    """Optional protocol of a sensor specimen whose noise can be drawn anew."""
-
-    def renew_noise(self, noise: np.random.Generator) -> None:
-        """Take the noise from another generator from now on."""
-        ...
 
 
 class Plant:
@@ -58,7 +36,8 @@ class Plant:
         self.tick_ns, self._substeps = nanoseconds(spec.period_s), _substeps(spec.period_s, self._model.opt.timestep)
         truth, arm = spec.seeds, spec.arm
         self._encoders = Encoders.drawn(spec.arm, spec.seeds, spec.encoder_counts)
-        self._specimen = spec.sensor.unit(truth.rng("truth", "specimen"), truth.rng("measurement", "sensor"))
+        specimen = spec.sensor.unit(truth.rng("truth", "specimen"), truth.rng("measurement", "sensor"))
+        self._sensor = ExposedSensor(specimen, arm.element_offsets_m[: spec.sensor.elements], spec.background_ppm)
         self._room = LiveRoom(spec.air.open(truth.rng("truth", "air"), truth.rng("disturbance", "air")), spec.changes, spec.background_ppm)
         self.places = {
             "none": None,
@@ -70,10 +49,7 @@ class Plant:
             "beacon": spec.beacon.strength_drawn(truth.rng("truth", "beacon strength")),
             "source": spec.source.strength_drawn(truth.rng("truth", "source strength")),
         }
-        self._open_source, self._ppm = "none", spec.background_ppm
-        self._apart_m = spec.arm.element_offsets_m[: spec.sensor.elements]  # of the elements from the nose, in its frame
-        self._placed = self._placed_unit() if np.any(self._apart_m) else None
-        self._element_ppm = [spec.background_ppm] * len(self._apart_m)
+        self._open_source = "none"
         self._joints = np.array([self._model.joint(name).qposadr[0] for name in arm.names])
         self._hinges = np.array([self._model.joint(name).id for name in arm.names])
         self._servos = np.array([servo_of(self._model, name) for name in arm.names])
@@ -95,10 +71,9 @@ class Plant:
         made = copy.copy(self)
         memo[id(self)] = made
         made._data, made._warned = copy.copy(self._data), []
-        changing = ("_encoders", "_specimen", "_room", "places", "strengths", "_torque")
+        changing = ("_encoders", "_sensor", "_room", "places", "strengths", "_torque")
         for name, value in copy.deepcopy({name: getattr(self, name) for name in changing}, memo).items():
             setattr(made, name, value)
-        made._placed = None if self._placed is None else made._placed_unit()
         made._view()
         return made
 
@@ -160,22 +135,11 @@ class Plant:
         self.strengths["source"] = spec.source.strength_drawn(seeds.rng("truth", "source strength"))
         self._room = self._room.with_air(spec.air.open(own.rng("truth", "air"), seeds.rng("disturbance", "air")))
         self._open_source = "none"
-        if not isinstance(self._specimen, RenewableNoise):
-            raise BadInput("the sensor is of a kind whose noise cannot be drawn anew, so every search needs a calibration of its own.")
-        self._specimen.renew_noise(seeds.rng("measurement", "sensor"))
+        self._sensor.renew_noise(seeds.rng("measurement", "sensor"))
 
     def _begin_changes(self) -> None:
-        changes = self._spec.changes
-        self._encoders.worsen(changes.drift_factor, seconds(self.t_ns))
-        if (changes.lag_factor, changes.climate_factor) == (1.0, 1.0):
-            return
-        if not isinstance(self._specimen, SensorChanges):
-            raise BadInput(
-                f"world.lag_factor is {changes.lag_factor:g} and world.climate_factor {changes.climate_factor:g}, but this sensor cannot "
-                f"change. Type world.lag_factor=1 world.climate_factor=1."
-            )
-        self._specimen.scale_lag(changes.lag_factor)
-        self._specimen.scale_climate(changes.climate_factor)
+        self._encoders.worsen(self._spec.changes.drift_factor, seconds(self.t_ns))
+        self._sensor.change(self._spec.changes)
 
     def _nose_m(self) -> Array:
         """True position of the nose (3,) m."""
@@ -197,21 +161,7 @@ class Plant:
             self._room.step(spec.air_every * spec.period_s)
         nose_m = self._nose_m()
         joints_m = np.vstack([self._data.xpos[self._links], nose_m]) if self._room.casts_shadow else None
-        before, self._ppm = self._ppm, self._room.ppm(nose_m, joints_m)
-        if self._placed is None:  # mean over the tick: else the gas leads the nose by half a tick
-            self._specimen.step(0.5 * (before + self._ppm), spec.period_s)
-            return
-        places_m = nose_m + self._apart_m @ self._site.xmat.reshape(3, 3).T
-        earlier, self._element_ppm = self._element_ppm, [self._room.ppm(p, joints_m) for p in places_m]
-        self._placed.step_each([0.5 * (a + b) for a, b in zip(earlier, self._element_ppm, strict=True)], spec.period_s)
-
-    def _placed_unit(self) -> PlacedUnit:
-        if not isinstance(self._specimen, PlacedUnit):
-            raise BadInput(
-                "arm.element_places_m or arm.element_spacing_m puts elements elsewhere than the nose, but a unit of this sensor feels one "
-                "concentration alone (it has no `step_each`). Type arm.element_spacing_m=0 and leave element_places_m at zero."
-            )
-        return self._specimen
+        self._sensor.expose(self._room, nose_m, self._site.xmat.reshape(3, 3), joints_m, spec.period_s)
 
     def encoders(self) -> Array:
         """Encoder readings q (n,) rad, in whole counts."""
@@ -232,13 +182,13 @@ class Plant:
 
     def raw(self, element: int) -> float:
         """Raw value of the sensor's electronics at present."""
-        return self._specimen.sample(element, seconds(self.t_ns))
+        return self._sensor.unit.sample(element, seconds(self.t_ns))
 
     def truth(self) -> Truth:
         """True state at present."""
         place = self.places[self._open_source]
         source = np.full(3, np.nan) if place is None else place
-        return Truth(self.t_ns, self._angles[self._joints], self._nose_m(), source, self._ppm)
+        return Truth(self.t_ns, self._angles[self._joints], self._nose_m(), source, self._sensor.ppm)
 
 
 def _substeps(period_s: float, timestep_s: float) -> int:

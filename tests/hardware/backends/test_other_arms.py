@@ -109,8 +109,8 @@ def test_six_joints_climb_toward_the_beacon_by_an_object_of_the_users(ur5e):
     q = np.array([s.q for s in run.samples() if isinstance(s, JointState)])
     assert q.shape[1] == 6 and np.sum(np.ptp(q, axis=0) > 0.02) >= 3 and run.all_accounted()
     hz = float(re.search(r"joints ([\d.]+) Hz", run.account())[1])
-    print(f"joints at {hz:.0f} Hz")  # of the bench, three times as many of the host; on a machine that stalls it may be any
-    assert hz > 5.0 and "load at most" in run.account()
+    print(f"joints at {hz:.0f} Hz")  # of the bench, at three times its speed
+    assert hz > 30.0 and "load at most" in run.account()
 
 
 class EmulatorsArm:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hardware.simulation.exposed_sensor import ExposedSensor
 from oio.core.errors import BadInput
 from oio.core.records import GasSample
 
@@ -21,10 +22,10 @@ def exposed(backend, ticks=2):
 def test_each_element_feels_the_gas_at_its_place(built):
     """At the nose, between them, the concentration is between theirs."""
     plant = exposed(built("backend", *STEADY, "arm.element_spacing_m=0.1"))
-    air, places = plant._room, plant._nose_m() + plant._apart_m @ plant._site.xmat.reshape(3, 3).T
-    np.testing.assert_allclose(plant._element_ppm, [air.ppm(p, None) for p in places], rtol=1e-3)
-    assert plant._element_ppm[0] != plant._element_ppm[1]
-    assert min(plant._element_ppm) < plant.truth().ppm < max(plant._element_ppm)
+    air, places = plant._room, plant._nose_m() + plant._sensor.apart_m @ plant._site.xmat.reshape(3, 3).T
+    np.testing.assert_allclose(plant._sensor.element_ppm, [air.ppm(p, None) for p in places], rtol=1e-3)
+    assert plant._sensor.element_ppm[0] != plant._sensor.element_ppm[1]
+    assert min(plant._sensor.element_ppm) < plant.truth().ppm < max(plant._sensor.element_ppm)
 
 
 def test_the_gas_at_elements_follows_from_the_law_in_steady_air(built):
@@ -33,7 +34,7 @@ def test_the_gas_at_elements_follows_from_the_law_in_steady_air(built):
     plant = exposed(backend, 1)
     p, _ = backend.arm.element_jacobians(plant.truth().q[None], 2)
     r = np.linalg.norm(p[:, 0] - plant.truth().source_m, axis=1)
-    signal = np.array(plant._element_ppm) - backend.background_ppm
+    signal = np.array(plant._sensor.element_ppm) - backend.background_ppm
     assert signal[0] / signal[1] == pytest.approx(r[1] / r[0], rel=0.05) and abs(np.log(r[1] / r[0])) > 0.3
 
 
@@ -54,6 +55,6 @@ def test_a_unit_that_feels_one_concentration_cannot_be_in_two_places(built):
         def sample(self, element, t_s):
             return 0.0
 
-    with pytest.raises(BadInput, match="element_spacing_m=0"), built("backend", *STEADY, "arm.element_spacing_m=0.1").plant() as plant:
-        plant._specimen = Plain()
-        plant._placed_unit()
+    with pytest.raises(BadInput, match="element_spacing_m=0"):
+        ExposedSensor(Plain(), built("arm", "arm.element_spacing_m=0.1").element_offsets_m, 0.0)
+    ExposedSensor(Plain(), built("arm").element_offsets_m, 0.0)

@@ -141,7 +141,7 @@ def test_the_lag_and_the_drift_grow_by_their_factors(built):
     with plain.plant() as one, slow.plant() as other:
         for plant in (one, other):
             plant.present("source")
-        assert other._specimen._elements[0].tau_factor == 2.0 * one._specimen._elements[0].tau_factor
+        assert other._sensor.unit._elements[0].tau_factor == 2.0 * one._sensor.unit._elements[0].tau_factor
     with built("backend", "sensor=ndir", "dof=5", "world=more_drift").plant() as plant:
         plant.present("source")
         for _ in range(500):
@@ -206,8 +206,8 @@ def test_a_climate_swings_as_much_farther(built):
         slow = []
         for plant in (one, other):
             plant.present("source")
-            plant._specimen.step(0.0, 225.0)  # a quarter of the period
-            slow.append(plant._specimen._slow_signal())
+            plant._sensor.unit.step(0.0, 225.0)  # a quarter of the period
+            slow.append(plant._sensor.unit._slow_signal())
         spread, climate = plain.sensor.spread, plain.sensor.climate
     swing = spread.per_degc * climate.temperature_swing_degc + spread.per_pct_rh * climate.humidity_swing_pct
     assert swing != 0.0 and slow[1] - slow[0] == pytest.approx(9.0 * swing)

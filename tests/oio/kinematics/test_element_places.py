@@ -34,7 +34,7 @@ def test_elements_are_where_the_simulated_site_has_them(built, dof):
     np.testing.assert_allclose(arm.element_offsets_m, [[0.01, 0.03, 0.02], [0.0, -0.06, 0.0]])
     with replace(built("backend", f"dof={dof}"), arm=arm).plant() as plant:
         q = plant._angles[plant._joints]
-        simulated = plant._nose_m() + plant._apart_m @ plant._site.xmat.reshape(3, 3).T
+        simulated = plant._nose_m() + plant._sensor.apart_m @ plant._site.xmat.reshape(3, 3).T
     p, jacobian = arm.element_jacobians(np.array([q]), 2)
     np.testing.assert_allclose(p[:, 0] - arm.nose(q), simulated - plant._nose_m(), atol=1e-3)  # backlash turns the board a little
     for e in range(2):
