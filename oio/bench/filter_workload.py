@@ -10,6 +10,7 @@ from oio.core.records import Array, Belief, GasReading, JointState, nanoseconds
 from oio.estimators.base import Estimator, Initializer
 from oio.estimators.ekf import Ekf
 from oio.estimators.odometry import begin_from_best
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import Fit
 from oio.inference.prior import cold_prior
 from oio.inference.state_space import StateSpace
@@ -48,7 +49,7 @@ def workload(built: Experiment, steps: int) -> Workload:
     prior = cold_prior(assembly.arm, assembly.range_law, assembly.process_noise, assembly.nominal)  # type: ignore[attr-defined]
     fit = Fit(prior.layout, prior.mean, 1e-4 * prior.cov, 0.0, PPM, prior.model.fluctuation, MEASUREMENTS, prior.model.law)
     joints = tuple(_joints(built, i) for i in range(1, steps + 1))
-    ekf, belief, readings = Ekf(gate_nis=25.0), prior.model.begin(fit, 0, MEASUREMENTS), list[GasReading]()
+    ekf, belief, readings = Ekf(gate_nis=25.0), initial_belief(prior.model, fit, 0, MEASUREMENTS), list[GasReading]()
     for i, state in enumerate(joints):
         belief = ekf.predict(prior.model, belief, state)
         template = GasReading(state.t_ns, i % prior.model.elements, 0.0, prior.model.sigma_ppm)
@@ -73,7 +74,7 @@ def first_belief(ekf: Estimator, way: Workload) -> Belief:
 
 def matrices(way: Workload) -> list[Step]:
     """Return the EKF's matrices along the trajectory; with readings equal to their prediction the updates leave the mean as it is."""
-    mean, found = way.model.begin(way.fit, 0, MEASUREMENTS).mean, list[Step]()
+    mean, found = initial_belief(way.model, way.fit, 0, MEASUREMENTS).mean, list[Step]()
     for state, reading in zip(way.joints, way.readings, strict=True):
         after, f, q = way.model.transition(mean, STEP_S, state)
         expected, h, r = way.model.measurement(after, reading)
@@ -84,7 +85,7 @@ def matrices(way: Workload) -> list[Step]:
 
 def filterpy_alone(way: Workload, ready: list[Step]) -> None:
     """Run filterpy's ExtendedKalmanFilter on precomputed matrices."""
-    begin = way.model.begin(way.fit, 0, MEASUREMENTS)
+    begin = initial_belief(way.model, way.fit, 0, MEASUREMENTS)
     ekf = ExtendedKalmanFilter(dim_x=len(begin.mean), dim_z=1)
     ekf.x, ekf.P = np.array(begin.mean), np.array(begin.cov)
     for step, reading in zip(ready, way.readings, strict=True):

@@ -8,6 +8,7 @@ import numpy as np
 from oio.core.records import Array, Belief, GasReading, Innovation, JointState
 from oio.core.settings import Within, settings
 from oio.estimators.base import Estimator
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import Fit
 from oio.inference.state_space import StateSpace
 
@@ -31,7 +32,7 @@ class GaussianSum:
 
     def begin(self, model: StateSpace, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
         """Return one component per hypothesis; its weight is its evidence, exp(-chi^2 / 2) sqrt(det cov) (Laplace's approximation)."""
-        members = tuple(model.begin(fit, t_ns, measurements) for fit in fits)
+        members = tuple(initial_belief(model, fit, t_ns, measurements) for fit in fits)
         evidence = [-0.5 * fit.chi2 + 0.5 * float(np.linalg.slogdet(fit.cov)[1]) for fit in fits]
         return self._pruned(members, np.array(evidence))
 

@@ -10,6 +10,7 @@ from oio.core.records import SECOND_NS, Array, Belief, GasReading, Innovation, J
 from oio.estimators.base import Estimator, Initializer
 from oio.gas.timing import JointDelayLine
 from oio.inference.base import Localizer
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 from oio.inference.state_space import StateSpace
@@ -108,4 +109,4 @@ class Odometry:
 
 def begin_from_best(model: StateSpace, fits: tuple[Fit, ...], t_ns: int, measurements: int) -> Belief:
     """The initial belief of a filter that is no `Initializer`: that of the best hypothesis."""
-    return model.begin(fits[0], t_ns, measurements)
+    return initial_belief(model, fits[0], t_ns, measurements)

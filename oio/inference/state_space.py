@@ -1,12 +1,8 @@
-"""State-space model of olfactory inertial odometry: state vector, transition with process noise, and measurement model.
+"""State-space model of olfactory inertial odometry: transition with process noise, and measurement model.
 
-x = (o (n) rad | v (n) rad/s | a (n) rad/s^2 | s (3) m | l | n | k (3) 1/m | u 1/m | b (E) ppm | f (P) ppm | m (P))
-
-o, v, a: encoder offset of each joint with its rate and acceleration (the paper's drift is quadratic); s, l: source and ln strength;
-n, k, u: exponent, wind and thinning of the range law; b: offsets of the elements; f: lagged concentration; m: relative fluctuation.
-The nose is at p(q - o). f follows c(p) (1 + h m) with the sensor's lag, m is an Ornstein-Uhlenbeck process of variance gamma^2 and
-correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + white noise. Elements at two places (P = 2) have an f and an
-m each, the latter correlated by exp(-d / r), d the distance of the places.
+The state x is that of `oio.inference.state_vector`. The nose is at p(q - o). f follows c(p) (1 + h m) with the sensor's lag, m is an
+Ornstein-Uhlenbeck process of variance gamma^2 and correlation time r / (r_ref / T + v). A reading of element e is g_e f + b_e + white
+noise. Elements at two places (P = 2) have an f and an m each, the latter correlated by exp(-d / r), d the distance of the places.
 """
 
 from collections.abc import Iterable
@@ -15,19 +11,20 @@ from functools import cached_property
 
 import numpy as np
 
-from oio.core.records import Array, Belief, GasReading, JointState, seconds
+from oio.core.records import Array, Belief, GasReading, JointState
 from oio.gas.fluctuation import Fluctuation, lagged_ou_cross, lagged_ou_steps
 from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
 from oio.gas.source_shape import MOST, POINT_SOURCE, SourceShape, against_nose, field_of_shape
 from oio.inference.map_fit import Fit
 from oio.inference.process_noise import ProcessNoise
+from oio.inference.state_vector import StateVector
 from oio.inference.step_constants import GasConstants, StepConstants
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
 
 
 @dataclass(frozen=True)
-class StateSpace:
+class StateSpace(StateVector):
     """State-space model of the filter: arm, range law, lag, gains and noise; immutable."""
 
     arm: Arm
@@ -40,99 +37,6 @@ class StateSpace:
     sigma_ppm: float  # of one reading in clean air
     noise: Noise
     shape: SourceShape = POINT_SOURCE  # of the source, as a map found it
-
-    @property
-    def elements(self) -> int:
-        """Number of sensor elements."""
-        return len(self.gain)
-
-    @cached_property
-    def size(self) -> int:
-        """Length of the state."""
-        return 3 * self.arm.dof + LAW + 2 * self.places + self.elements
-
-    @cached_property
-    def place_of(self) -> tuple[int, ...]:
-        """Index of the place of each element."""
-        return self.arm.place_of(self.elements)
-
-    @property
-    def places(self) -> int:
-        """Number of distinct places of the elements."""
-        return max(self.place_of) + 1
-
-    @cached_property
-    def at(self) -> dict[str, slice]:
-        """Slice of each block in the state."""
-        n, names, where = self.arm.dof, {}, 0
-        sizes = {"o": n, "v": n, "a": n, "s": 3, "l": 1, "n": 1, "k": 3, "u": 1, "b": self.elements, "f": self.places, "m": self.places}
-        for block, size in sizes.items():
-            names[block] = slice(where, where + size)
-            where += size
-        return names
-
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """Name of each state."""
-        joints = [f"{what}_{joint}" for what in ("offset", "rate", "acceleration") for joint in self.arm.names]
-        rest = ["source_x", "source_y", "source_z", "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning"]
-        at = ("",) if self.places == 1 else tuple(f"_{i}" for i in range(self.places))
-        gas = *(f"lagged{i}" for i in at), *(f"fluctuation{i}" for i in at)
-        return (*joints, *rest, *(f"baseline_{e}" for e in range(self.elements)), *gas)
-
-    @cached_property
-    def units(self) -> tuple[str, ...]:
-        """Unit of each state."""
-        joints = [unit + per for per in ("", "/s", "/s^2") for unit in self.arm.units]
-        return (
-            *joints,
-            "m",
-            "m",
-            "m",
-            "1",
-            "1",
-            "1/m",
-            "1/m",
-            "1/m",
-            "1/m",
-            *["ppm"] * (self.elements + self.places),
-            *["1"] * self.places,
-        )
-
-    def begin(self, fit: Fit, t_ns: int, measurements: int) -> Belief:
-        """Initial belief from a batch fit of `measurements` measurements, drift propagated exactly to t_ns; P0 widened by the assembly."""
-        n, lay, t = self.arm.dof, fit.layout, seconds(t_ns)
-        eye, transform = np.eye(n), np.zeros((self.size, lay.size))
-        transform[self.at["o"], lay.offset], transform[self.at["o"], lay.drift] = eye, 0.5 * t * t * eye
-        transform[self.at["v"], lay.drift], transform[self.at["a"], lay.drift] = t * eye, eye
-        transform[self.at["s"].start : self.at["b"].start, :LAW] = np.eye(LAW)
-        transform[self.at["b"], lay.baseline] = np.eye(self.elements)
-        self._add_latest_changes(transform, fit, t)
-        mean, cov = transform @ fit.mean, transform @ fit.cov @ transform.T
-        f, m, fl = self.at["f"], self.at["m"], self.fluctuation
-        correlation = np.array([[1.0, np.exp(-self.arm.spacing_m / self.law.r_ref_m)], [0.0, 1.0]])[: self.places, : self.places]
-        correlation = np.maximum(correlation, correlation.T)
-        lagged = np.array(fit.lagged_ppm_at if self.places > 1 and fit.lagged_ppm_at else (fit.lagged_ppm,) * self.places)
-        mean[f], cov[m, m] = lagged, fl.gamma**2 * correlation
-        cov[f, f] = np.outer(fl.gamma * lagged, fl.gamma * lagged) * correlation + self.sigma_ppm**2 * np.eye(self.places)
-        share = min(self.noise.measurements / max(measurements, 1), 1.0)
-        cov[self.at["s"], self.at["s"]] += share * self.noise.source_p0_m2 * np.eye(3)
-        cov[np.diag_indices(self.size)] += 1e-18
-        return Belief(t_ns, mean, cov)
-
-    def _add_latest_changes(self, transform: Array, fit: Fit, t_s: float) -> None:
-        """Add what changed with time, as at the last knot, to strength, wind and offsets, and the additional drift to the joints."""
-        n, extension = fit.layout.base, fit.extension
-        if extension.strength:
-            transform[self.at["l"], n + extension.strength[-1]] = 1.0
-        if extension.wind:
-            transform[self.at["k"], n + np.array(extension.wind[-3:])] += np.eye(3)
-        if extension.background:
-            transform[self.at["b"], n + extension.background[-1]] = np.array(self.gain)
-        if extension.joints:
-            drift, t = n + np.array(extension.drift), t_s - extension.begins_s
-            for block, factor in (("o", 0.5 * t * t), ("v", t), ("a", 1.0)):
-                transform[self.at[block], drift] = factor * np.eye(len(drift))
 
     def after(self, fit: Fit) -> "StateSpace":
         """Return the model for the world that a fit assumes: gains and noise, the shape of its source, and what may go on changing."""

@@ -10,6 +10,7 @@ from oio.core.records import GasReading, JointState, nanoseconds
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.trace import Sniffs
 from oio.inference.forward_model import ParameterLayout, Problem
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior, nominal_prior
 from oio.inference.state_space import StateSpace
@@ -140,7 +141,7 @@ def searched(made, seconds_s=6.0, narrow=0.3):
     cov = narrow**2 * made.cov
     cov[:4, :4] = np.diag([1e-4, 1e-4, 1e-4, 0.04])
     off = theta + np.linalg.cholesky(cov) @ made.rng.standard_normal(lay.size)
-    belief = model.begin(Fit(lay, off, cov, 0.0, float(sniffs.ppm[0]), NOISE, 1, made.law), 0, 5)
+    belief = initial_belief(model, Fit(lay, off, cov, 0.0, float(sniffs.ppm[0]), NOISE, 1, made.law), 0, 5)
     readings, out = dict(zip(sniffs.at.tolist(), range(len(sniffs.at)), strict=True)), []
     for i in np.flatnonzero((sniffs.t_s > 0.0) & (sniffs.t_s <= seconds_s)):
         t_ns, dq = nanoseconds(sniffs.t_s[i]), (sniffs.q[i] - sniffs.q[i - 1]) / STEP_S

@@ -9,6 +9,7 @@ import pytest
 from oio.core.records import Belief, GasReading, JointState, nanoseconds
 from oio.estimators.ekf import Ekf
 from oio.estimators.filterpy_ekf import FilterpyEkf
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import solve
 from oio.testing import check_estimator
 
@@ -29,7 +30,7 @@ def begun(lab):
     problem = made.problem(theta, poses=10)
     half_s = problem.sniffs.t_s[-1] / 2
     fit = solve(replace(problem, sniffs=problem.sniffs.between(0.0, half_s)), theta, made.model.fluctuation)
-    return made, theta, made.model.begin(fit, nanoseconds(half_s), 5), rest(problem.sniffs, half_s)
+    return made, theta, initial_belief(made.model, fit, nanoseconds(half_s), 5), rest(problem.sniffs, half_s)
 
 
 def rest(sniffs, after_s):

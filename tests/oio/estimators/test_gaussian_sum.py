@@ -10,6 +10,7 @@ from oio.estimators.ekf import Ekf
 from oio.estimators.gaussian_sum import GaussianMixture, GaussianSum, moment_matched
 from oio.estimators.odometry import Odometry
 from oio.inference.belief_map import BeliefMap
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import Fit
 from oio.inference.prior import Prior
 
@@ -40,7 +41,7 @@ def test_weights_begin_as_the_evidence(lab):
     one, other, never = fits_of(made, (10.0, 10.0 + 2 * np.log(2.0), 60.0))
     bank = SUM.begin(made.model, (one, other, never), 0, 5)
     np.testing.assert_allclose(np.exp(bank.ln_weights), [2 / 3, 1 / 3])
-    np.testing.assert_array_equal(bank.members[0].mean, made.model.begin(one, 0, 5).mean)
+    np.testing.assert_array_equal(bank.members[0].mean, initial_belief(made.model, one, 0, 5).mean)
     narrow = replace(one, cov=one.cov * 0.25 ** (1 / one.layout.size))
     np.testing.assert_allclose(np.exp(SUM.begin(made.model, (one, narrow), 0, 5).ln_weights), [2 / 3, 1 / 3])
 
@@ -102,4 +103,4 @@ def test_odometry_lets_a_filter_begin_itself(lab, built, monkeypatch):
         odometry.locate(5)
         begun[name] = odometry.belief
     assert isinstance(begun["sum"], GaussianMixture) and len(begun["sum"].members) == 2
-    np.testing.assert_array_equal(begun["one"].mean, made.model.begin(fits[0], joints.t_ns, 5).mean)
+    np.testing.assert_array_equal(begun["one"].mean, initial_belief(made.model, fits[0], joints.t_ns, 5).mean)

@@ -13,6 +13,7 @@ from oio.estimators.gated_update import scalar_measurement
 from oio.gas.censored import pseudo_measurement, residual, variance
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.trace import Trace
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import solve
 
 YES = np.array([True])
@@ -110,7 +111,7 @@ def test_a_filter_heeds_a_censored_reading_only_above_the_limit(lab, built, ekf)
     made, estimator = lab(3, 1, seed=822), built("ekf", f"ekf={ekf}")
     theta, at = made.theta(), made.model.at
     problem = replace(made.problem(theta), mean=theta, cov=1e-3 * made.cov)
-    belief = made.model.begin(replace(solve(problem, theta, made.model.fluctuation), mean=theta, lagged_ppm=10.0), 0, 6)
+    belief = initial_belief(made.model, replace(solve(problem, theta, made.model.fluctuation), mean=theta, lagged_ppm=10.0), 0, 6)
     far, near = GasReading(0, 0, 1e3, 0.05, True), GasReading(0, 0, float(belief.mean[at["f"]][0]) - 1.0, 0.05, True)
     same, _ = estimator.update(made.model, belief, far)
     np.testing.assert_allclose(same.mean, belief.mean)

@@ -14,6 +14,7 @@ from oio.gas.fluctuation import Fluctuation
 from oio.gas.whitening import whiten
 from oio.inference.belief_map import search_problem
 from oio.inference.bounds import cramer_rao, van_trees
+from oio.inference.initial_belief import initial_belief
 from oio.inference.map_fit import solve
 from oio.inference.model_selection import hold_parameters
 from oio.inference.prior import Prior
@@ -127,7 +128,7 @@ def begun(made, theta, lagged_ppm):
     cov[range(4), range(4)] = np.array([0.02, 0.02, 0.02, 0.1]) ** 2
     problem = replace(made.problem(theta), mean=theta, cov=cov)
     fit = replace(solve(problem, theta, made.model.fluctuation), mean=theta, cov=cov, lagged_ppm=lagged_ppm)
-    return made.model.begin(fit, 0, 6)
+    return initial_belief(made.model, fit, 0, 6)
 
 
 def swept(made, rate_hz, seconds_s=4.0):

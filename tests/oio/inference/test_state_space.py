@@ -7,6 +7,7 @@ import pytest
 
 from oio.core.records import GasReading, JointState, nanoseconds
 from oio.gas.source_shape import POINT_SOURCE, TWO, SourceShape
+from oio.inference.initial_belief import initial_belief
 from oio.inference.law_extension import Densities, LawExtension
 from oio.inference.map_fit import Fit
 from oio.inference.uncertainty import Noise
@@ -160,7 +161,7 @@ def fit_of(made, theta):
 def test_a_belief_begins_with_the_drift_of_its_time(lab):
     made = lab(3, 2, seed=1)
     fit, t = fit_of(made, made.theta()), 40.0
-    belief, at, lay = made.model.begin(fit, nanoseconds(t), 6), made.model.at, made.layout
+    belief, at, lay = initial_belief(made.model, fit, nanoseconds(t), 6), made.model.at, made.layout
     o, a = fit.mean[lay.offset], fit.mean[lay.drift]
     np.testing.assert_allclose(belief.mean[at["o"]], o + 0.5 * a * t**2)
     np.testing.assert_allclose(belief.mean[at["v"]], a * t)
@@ -179,7 +180,7 @@ def test_type_b_widens_the_beginning_of_the_source_alone(lab):
     made = lab(3, 1, seed=1)
     fit, wide = fit_of(made, made.theta()), replace(made.model, noise=replace(Noise.nominal(), source_p0_m2=0.01**2, measurements=5))
     for measurements, share in ((1, 1.0), (5, 1.0), (10, 0.5)):  # of more measurements than a repeat had, less in proportion
-        added = wide.begin(fit, 0, measurements).cov - made.model.begin(fit, 0, measurements).cov
+        added = initial_belief(wide, fit, 0, measurements).cov - initial_belief(made.model, fit, 0, measurements).cov
         expected = np.zeros(made.model.size)
         expected[made.model.at["s"]] = share * 0.01**2
         np.testing.assert_allclose(added, np.diag(expected), atol=1e-15)
@@ -187,7 +188,7 @@ def test_type_b_widens_the_beginning_of_the_source_alone(lab):
 
 def test_the_nose_is_at_the_joints_less_their_offset(lab):
     made = lab(3, 1, seed=1)
-    belief, sensed = made.model.begin(fit_of(made, made.theta()), 0, 6), joints(made)
+    belief, sensed = initial_belief(made.model, fit_of(made, made.theta()), 0, 6), joints(made)
     p, cov = made.model.nose(belief, sensed)
     np.testing.assert_allclose(p, made.arm.nose(sensed.q - belief.mean[made.model.at["o"]]))
     assert cov.shape == (3, 3) and np.linalg.eigvalsh(cov).min() > -1e-15
@@ -210,7 +211,7 @@ def test_what_changed_begins_as_it_is_at_the_end(lab):
     values = np.array([-0.1, -0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 9.0])
     fit, plain = extended_fit(made, extension, values)
     model, at = replace(made.model, gain=(1.0, 0.5)), made.model.at
-    more = model.begin(fit, 0, 6).mean - model.begin(plain, 0, 6).mean
+    more = initial_belief(model, fit, 0, 6).mean - initial_belief(model, plain, 0, 6).mean
     expected = np.zeros(model.size)
     expected[at["l"]], expected[at["k"]], expected[at["b"]] = -0.5, [4.0, 5.0, 6.0], [9.0, 4.5]
     np.testing.assert_allclose(more, expected, atol=1e-12)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oio.core.records import nanoseconds
+from oio.inference.initial_belief import initial_belief
 from oio.search.bandit import Bandit, Values
 from oio.search.d_optimal import expected_information, source_hypotheses
 from oio.search.exploration import explore
@@ -26,7 +27,7 @@ def informed(lab, built):
     problem = made.problem(made.theta(), poses=6)
     hypotheses = built("belief_map").locate(problem.sniffs, made.known)
     moves = tuple(Move(problem.sniffs.q[i], 0.0, 1.0) for i in np.searchsorted(problem.sniffs.t_s, 2.0 * np.arange(1, 7)) - 1)
-    belief = made.model.begin(hypotheses[0], nanoseconds(problem.sniffs.t_s[-1]), 6)
+    belief = initial_belief(made.model, hypotheses[0], nanoseconds(problem.sniffs.t_s[-1]), 6)
     return View(made.arm, made.model, belief, hypotheses, moves, dwell_s=1.0, standoff_m=0.04)
 
 
