@@ -113,6 +113,15 @@ def made(words: tuple[str, ...], seed: int, until: str) -> Bench:
 kept = functools.lru_cache(maxsize=KEPT)(made)
 
 
+def checked_benches(seeds: Sequence[int] | None) -> tuple[int, ...] | None:
+    """The seeds of the benches that are kept, or None for a new one in every episode. Raises BadInput for an empty list."""
+    if seeds is None:
+        return None
+    if not seeds:
+        raise BadInput("bench_seeds is empty, but an episode needs a bench. Give a seed, or None for a new bench in every episode.")
+    return tuple(seeds)
+
+
 def begun(words: tuple[str, ...], bench_seeds: Sequence[int] | None, number: int, until: str) -> tuple[Bench, Episode]:
     """Begin an episode: on one of the kept benches, with source, turbulence and noise of `number`; or, without any, on a new bench."""
     if bench_seeds is None:

@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
-from oio.bench.episode import begun, words_of, world_seed
+from oio.bench.episode import begun, checked_benches, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, seconds
@@ -46,11 +46,9 @@ class CalibrateEnv(gymnasium.Env[dict[str, Floats], Floats]):
     ) -> None:  # fmt: skip
         if max_moves < 1:
             raise BadInput(f"max_moves is {max_moves}, but an episode has one measurement at least. Type max_moves=60.")
-        if bench_seeds is not None and not bench_seeds:
-            raise BadInput("bench_seeds is empty, but an episode needs a bench. Give a seed, or None for a new bench in every episode.")
         self._words = words_of(sensor, dof, air, arm, profile, overrides)
         self._second_cost, self._max_moves = second_cost, max_moves
-        self._bench_seeds = None if bench_seeds is None else tuple(bench_seeds)
+        self._bench_seeds = checked_benches(bench_seeds)
         self.observation_space = space_of(shapes(dof))
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
 

@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
-from oio.bench.episode import Episode, begun, words_of, world_seed
+from oio.bench.episode import Episode, begun, checked_benches, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
 from oio.gym.arrays import Floats, as_floats, checked_action, space_of
@@ -55,12 +55,10 @@ class SearchEnv(gymnasium.Env[dict[str, Floats], Floats]):
     ) -> None:  # fmt: skip
         if frame not in GOALS:
             raise BadInput(f"frame is {frame!r}, but it can be {' or '.join(GOALS)}. Type frame='box'.")
-        if bench_seeds is not None and not bench_seeds:
-            raise BadInput("bench_seeds is empty, but an episode needs a bench. Give a seed, or None for a new bench in every episode.")
         self._words = words_of(sensor, dof, air, arm, profile, overrides)
         self._frame, self._worth, self._second_cost, self._declared = frame, worth_of(reward), second_cost, declared
         self._judged = reward == "log_score"
-        self._bench_seeds = None if bench_seeds is None else tuple(bench_seeds)
+        self._bench_seeds = checked_benches(bench_seeds)
         self.observation_space = space_of(shapes(dof))
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
 

@@ -20,26 +20,11 @@ from hardware.transport.port import DeviceLost, NoAnswer
 from oio.core.errors import BadInput, OioError
 from oio.core.records import nanoseconds, seconds
 from oio.gas.source import unlocked
+from tests.hardware.drivers.stepped_clock import Stepped
 
 PERIOD_S = 0.008
 TIMEOUTS = Timeouts(connect_s=0.3, receive_s=0.1, reconnect_s=0.2, backoff_s=0.02, backoff_max_s=0.1)
 ROUND = np.array([1.0, 0.0, 0.0, 0.0, 0.0])  # about the base: the nose keeps its height
-
-
-class Stepped:
-    """A clock that goes on only while somebody sleeps, or the arm is read."""
-
-    def __init__(self):
-        self.t_ns, self.suspended_s = 0, 0.0
-
-    def now_ns(self):
-        return self.t_ns
-
-    def host_s(self, world_s):
-        return world_s
-
-    def sleep(self, seconds):
-        self.t_ns += nanoseconds(seconds)
 
 
 class Lagging:

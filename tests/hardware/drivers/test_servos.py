@@ -21,6 +21,7 @@ from oio.core.errors import BadInput, OioError
 from oio.core.records import SECOND_NS, nanoseconds
 from oio.gas.source import unlocked
 from oio.kinematics.finite_differences import FiniteDifferences
+from tests.hardware.drivers.stepped_clock import Stepped
 
 
 class Servos:
@@ -65,22 +66,6 @@ class Servos:
 
 
 ROUND = np.array([1.0, 0.0, 0.0, 0.0, 0.0])  # about the base: the nose keeps its height
-
-
-class Stepped:
-    """A clock that goes on only while somebody sleeps, or a bus answers."""
-
-    def __init__(self):
-        self.t_ns, self.suspended_s = 0, 0.0
-
-    def now_ns(self):
-        return self.t_ns
-
-    def host_s(self, world_s):
-        return world_s
-
-    def sleep(self, seconds):
-        self.t_ns += nanoseconds(seconds)
 
 
 PORT = {

@@ -5,6 +5,7 @@ import pytest
 
 import oio
 from oio.inspect.__main__ import main
+from tests.oio.log.ros2_bag import ros2_log
 
 SOURCE_M = np.array([0.12, -0.08, 0.05])
 T_S = np.arange(0.0, 60.0, 0.1)
@@ -38,8 +39,6 @@ def test_a_source_is_found_from_a_table_alone(table):
 
 def test_readings_and_joints_of_a_bag_keep_their_own_rates_and_one_clock(tmp_path):
     pytest.importorskip("mcap_ros2")
-    from tests.oio.log.test_foreign import ros2_log
-
     ros2_log(tmp_path / "bag.mcap")
     joints = [f"/joint_states.position.{name}" for name in ("pan", "lift")]
     log = oio.read_log(tmp_path / "bag.mcap", columns=["/co2.data"], unit="ppm", joint_columns=joints, position_unit="rad")

@@ -7,18 +7,13 @@ import pytest
 
 from oio.bench import __main__ as command
 from oio.bench.boards import BoardCase, BoardTrial, rows
-from oio.bench.score import Case, Score
+from oio.bench.score import Case
+from tests.oio.bench.scores import GOOD
 
-GOOD = Score(
-    error_mm=8.0, nees=3.0, inside_95=True, in_region=True, bound_mm=8.0, declared=True, false=False, moves=50, time_s=40.0,
-    nis=1.0, nose_mm=4.0, dead_reckoning_mm=8.0, cold_error_mm=20.0,
-    cold_open_error_mm=15.0, calibration_s=50.0, error_ppm=3.0, u_a_ppm=1.0, u_b_mm=5.0, filter_mm=9.0, filter_nees=4.0,
-    assumed_world="as calibrated", wrong=False, passed=True,
-)  # fmt: skip
 CASE = Case("ec", "still", 5, "d_optimal", "ekf")
 ONE, TWO = BoardCase(CASE, "one_in_turn"), BoardCase(CASE, "two_together")
 SHORT = (
-    "stage.navigate.max_moves=3", "stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2",
+    "stage.navigate.max_moves=6", "stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2",
 )  # fmt: skip
 
 

@@ -125,7 +125,7 @@ def _quick_vector_env():
     import oio.gym  # noqa: F401
 
     told = {"stage.calibrate_bouts.moves_per_rung": 1, "stage.map_beliefs.repeats": 2, "stage.map_beliefs.budget_s": 0}
-    return gymnasium.make("OIO/Search-v0", sensor="ndir", dof=3, bench_seeds=(3,), overrides={**told, "stage.navigate.max_moves": 5})
+    return gymnasium.make("OIO/Search-v0", sensor="ndir", dof=3, bench_seeds=(3,), overrides={**told, "stage.navigate.max_moves": 6})
 
 
 @pytest.mark.slow
@@ -137,7 +137,7 @@ def test_vectors_of_environments_agree(searching):
         told, _ = envs.reset(seed=[1, 2])
         envs.action_space.seed(0)
         kept = [as_bytes(told)]
-        for _ in range(7):
+        for _ in range(9):
             told, gain, *_ = envs.step(envs.action_space.sample())
             kept.append(as_bytes(told) + gain.tobytes())
         envs.close()
