@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "commands.md"
-SECTION = re.compile(r"^(## ((?:oio|hardware)\.\w+)\n.*?^```text\n)(.*?)(^```$)", re.DOTALL | re.MULTILINE)
+SECTION = re.compile(r"^(## ((?:oio|hardware)\.[\w.]+)\n.*?^```text\n)(.*?)(^```$)", re.DOTALL | re.MULTILINE)
 
 
 def help_of(module: str) -> str:

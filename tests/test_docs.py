@@ -137,7 +137,7 @@ HELP = COMMANDS.shown(COMMANDS.PAGE.read_text(encoding="utf-8"))
 
 
 def test_every_command_is_in_the_reference():
-    headings = re.findall(r"^## ((?:oio|hardware)\.\w+)$", COMMANDS.PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    headings = re.findall(r"^## ((?:oio|hardware)\.[\w.]+)$", COMMANDS.PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     assert headings == list(HELP) and len(headings) > 15
     assert [
         f"python -m {module}"

@@ -60,7 +60,7 @@ class Readings:
         `sigma_ppm` is that of one reading where none was given. Raises BadInput for an element that the sensor has not.
         """
         made: list[GasReading] = []
-        check_element(int(np.max(self.element)), sensor)
+        check_element(int(np.asarray(self.element).max()), sensor)
         values = np.asarray(self.raw if self.ppm is None else self.ppm)
         sigmas = np.full(len(self), sigma_ppm) if self.sigma_ppm is None else np.asarray(self.sigma_ppm)
         rows = zip(np.asarray(self.t_s).tolist(), np.asarray(self.element).tolist(), values.tolist(), sigmas.tolist(), strict=True)
