@@ -5,6 +5,7 @@ import sys
 from oio import __version__
 from oio.cli import startup
 from oio.cli.help import asks_for_help, show_help_for
+from oio.core.errors import BadInput
 from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
@@ -21,12 +22,20 @@ def _run() -> int:
         sys.stdout.write(f"oio {__version__}\n")
         return 0
     if asks_for_help(sys.argv[1:]):
-        show_help_for(sys.argv[1:])
-        return 0
+        return _help(sys.argv[1:])
     from oio.cli.run import main as run_configured
 
     code = run_configured()
     return _report() or code
+
+
+def _help(arguments: list[str]) -> int:
+    try:
+        show_help_for(arguments)
+    except BadInput as error:
+        sys.stderr.write(f"oio: {error}\n")
+        return error.exit_code
+    return 0
 
 
 def _report() -> int:

@@ -51,16 +51,34 @@ PLAIN_TEXT = {
 }
 
 
+ASK = ("--help", "-h")
+
+
 def asks_for_help(arguments: Sequence[str]) -> bool:
     """Whether a command line asks for help."""
-    return bool({"--help", "-h"} & set(arguments))
+    return bool(set(ASK) & set(arguments))
 
 
 def show_help_for(arguments: Sequence[str]) -> None:
-    """Print the help for a command line, with the choices of the user's own folder (--config-dir) if one is given."""
-    typed = [re.fullmatch(r"(?:--config-dir|-cd)(?:=(.*))?", word) for word in arguments]
-    own = [found[1] or arguments[i + 1] for i, found in enumerate(typed) if found and (found[1] or i + 1 < len(arguments))]
-    show_help(CONF, *map(Path, own))
+    """Print the help for a command line, with the choices of the user's own folder (--config-dir) if one is given.
+
+    What follows `--help` is asked for: keys and choices. Raises BadInput for one that does not exist.
+    """
+    own, others = list[Path](), list[str]()
+    rest = iter(arguments)
+    for word in rest:
+        found = re.fullmatch(r"(?:--config-dir|-cd)(?:=(.*))?", word)
+        if found and (folder := found[1] or next(rest, None)):
+            own.append(Path(folder))
+        elif not found:
+            others.append(word)
+    asked = others[min(others.index(word) for word in ASK if word in others) + 1 :]
+    if keys := [word for word in asked if not word.startswith("-")]:
+        from oio.cli.help_keys import show_keys
+
+        show_keys(keys, (CONF, *own))
+    else:
+        show_help(CONF, *own)
 
 
 def show_help(*folders: Path) -> None:
@@ -76,6 +94,7 @@ def show_help(*folders: Path) -> None:
     for key in PLAIN:
         console.print(f"[bold]{key}=[/bold]  {PLAIN_TEXT[key]}")
     console.print("\nAny other number: KEY.OF.THE.YAML=VALUE, e.g. stage.navigate.max_moves=40. Defaults stand in conf/config.yaml.")
+    console.print("What a key means, and which values are allowed: --help KEY, e.g. --help stop, --help sensor=ndir.")
 
 
 def choices(conf: Path, group: str) -> list[tuple[str, str]]:
