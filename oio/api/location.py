@@ -16,11 +16,16 @@ from oio.estimators.odometry import Odometry
 from oio.inference.map_fit import Fit
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
-from oio.results.criteria.judgement import WARN, WORDS, Verdict
+from oio.results.criteria.judgement import RECALIBRATE, WARN, WORDS, Judgement, Verdict
+from oio.results.criteria.search import SNIFF_LONGER
 from oio.results.evaluation import Evaluation, Findings, Outcome, Place, Scored
 from oio.results.verdict import judge
 
 COLD = "There was no calibration: lag, gain and noise are those of data sheets, and may be off by factors. Calibrate, see oio.calibrate."
+OWN_WORDS = {  # what the reader of a log does, who has no stage and no key of a run
+    RECALIBRATE: "Calibrate in the air, and with the sensor, of these readings.",
+    SNIFF_LONGER: "Sniff longer, nearer, or with a stronger source.",
+}
 NOT_JUDGED = ("declared",)  # criteria of a search that goes on by itself
 
 
@@ -113,7 +118,14 @@ def _judged(odometry: Odometry, setup: Setup) -> Verdict:
     )
     criteria = setup.part("verdict")
     kept = {name: criterion for name, criterion in criteria.criteria.items() if name not in NOT_JUDGED}
-    return judge({Evaluation: judged}, replace(criteria, criteria=kept))
+    return Verdict(tuple(_in_own_words(j) for j in judge({Evaluation: judged}, replace(criteria, criteria=kept)).judgements))
+
+
+def _in_own_words(judgement: Judgement) -> Judgement:
+    action = judgement.action
+    for words, own in OWN_WORDS.items():
+        action = action.replace(words, own)
+    return replace(judgement, action=action)
 
 
 def _at(fit: Fit) -> tuple[tuple[float, ...], float]:

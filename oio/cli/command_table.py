@@ -9,6 +9,7 @@ COMMANDS = {
     "compare": ("oio.compare", "what changed between calibrations, in standard deviations"),
     "export": ("oio.export", "a run as TUM, CSV, Parquet, Kalibr or robot_localization files"),
     "inspect": ("oio.inspect", "what is in a CSV or Parquet file, and the YAML to play it"),
+    "localise": ("oio.localise", "where the source is, from the log of a nose that was moved"),
     "identify": ("oio.identify", "noise, drift, lags and twins of a sensor, from its readings"),
     "reproduce": ("oio.reproduce", "make a run again from its own log, and compare to the bit"),
     "recover": ("oio.recover", "a finished log from one that was cut off or damaged"),

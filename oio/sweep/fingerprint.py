@@ -27,6 +27,7 @@ NO_RESULT = (
     "oio/gym",
     "oio/identify",
     "oio/inspect",
+    "oio/localise",
     "oio/report",
     "oio/reproduce",
     "oio/sweep",

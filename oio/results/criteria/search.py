@@ -7,6 +7,8 @@ from oio.inference.map_fit import CALIBRATED
 from oio.results.criteria.judgement import RECALIBRATE, SEARCH, Criterion, Measured, Results
 from oio.results.evaluation import Evaluation
 
+SNIFF_LONGER = "Sniff longer (stage.navigate.max_moves), nearer, or with a stronger source."
+
 
 def evaluation(results: Results) -> Evaluation | None:
     """Result of the stage `evaluate`, if it ran."""
@@ -93,7 +95,7 @@ class Localised(Criterion):
         not_localisable = "" if self.warns[1] is None or share <= self.warns[1] else ", which is as good as anywhere: not localisable"
         return Measured(
             share, "of the box", f"the source is known to +- {1e3 * sd_m:.0f} mm, {share:.3f} of the workspace box{not_localisable}",
-            above="Sniff longer (stage.navigate.max_moves), nearer, or with a stronger source.",
+            above=SNIFF_LONGER,
         )  # fmt: skip
 
 

@@ -1,0 +1,123 @@
+"""`python -m oio.localise`: the source of a log whose nose was moved, with and without a calibration; and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from oio.localise.command import HELP, main
+
+BEACON_M, SOURCE_M = np.array([0.10, 0.05, 0.0]), np.array([-0.05, 0.08, 0.10])
+NOSE = "nose_columns=[x [mm],y [mm],z [mm]]"
+BY_ITSELF = ("sensor=ndir", NOSE, "clean_air_s=[0,19.9]", "beacon_m=[0.10,0.05,0]", "beacon_s=[19.9,139.9]")
+
+
+def nose_m(t_s):
+    return 0.25 * np.sin(np.outer(t_s, [0.5, 0.37, 0.23]) + np.array([0.0, 1.0, 2.0]))
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    """A log: clean air, a beacon, a source; every 0.1 s, in millimetres."""
+    rng, t_s = np.random.default_rng(1), np.arange(0.0, 200.0, 0.1)
+    sources = np.where(t_s[:, None] < 140.0, BEACON_M, SOURCE_M)
+    gas = np.where(t_s < 20.0, 0.0, 10.0 / np.linalg.norm(nose_m(t_s) - sources, axis=1))
+    sensed = np.zeros_like(t_s)
+    for i in range(1, len(t_s)):
+        sensed[i] = sensed[i - 1] + (gas[i] - sensed[i - 1]) * (1.0 - np.exp(-0.1 / 0.35))
+    ppm = 432.0 + sensed + 3.0 * rng.standard_normal(len(t_s))
+    rows = [f"{t:.1f},{x:.1f},{y:.1f},{z:.1f},{c:.1f}" for t, (x, y, z), c in zip(t_s, 1e3 * nose_m(t_s), ppm, strict=True)]
+    path = tmp_path_factory.mktemp("log") / "walk.csv"
+    path.write_text("\n".join(["t [s],x [mm],y [mm],z [mm],co2 [ppm]", *rows]) + "\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(walk):
+    """Folder of what the log gives when it calibrates itself."""
+    folder = walk.with_name("found")
+    assert main([str(walk), *BY_ITSELF, f"out={folder}"]) == 0
+    return folder
+
+
+def place(folder):
+    return json.loads((folder / "location.json").read_text())
+
+
+def test_a_log_calibrates_itself_and_gives_the_source(found):
+    told = place(found)
+    mean_m, cov_m2 = np.array(told["mean_m"]), np.array(told["cov_m2"])
+    error_m = mean_m - SOURCE_M
+    assert np.linalg.norm(error_m) < 0.015 and error_m @ np.linalg.solve(cov_m2, error_m) < 7.81  # chi-square, 95 %
+    assert told["schema"] == "oio.localise/1" and told["calibrated"] and told["verdict"] == "PASS"
+    assert (found / "calibration.yaml").is_file() and (found / "location.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_same_command_gives_the_same_bytes(walk, found):
+    assert main([str(walk), *BY_ITSELF, f"out={walk.with_name('again')}"]) == 0
+    for name in ("location.json", "location.png", "calibration.yaml"):
+        assert (walk.with_name("again") / name).read_bytes() == (found / name).read_bytes()
+
+
+def test_a_calibration_is_used_again(walk, found, capsys):
+    out = walk.with_name("kept")
+    assert main([str(walk), NOSE, f"calibration={found / 'calibration.yaml'}", "search_s=[139.9,200]", f"out={out}"]) == 0
+    assert np.allclose(place(out)["mean_m"], place(found)["mean_m"], atol=1e-9) and not (out / "calibration.yaml").exists()
+    assert "verdict: PASS" in capsys.readouterr().out
+
+
+def test_without_a_calibration_it_does_not_pass(walk, capsys):
+    code = main([str(walk), "sensor=ndir", NOSE, "search_s=[140,200]"])
+    said = capsys.readouterr().out
+    assert f"verdict: { {0: 'WARN', 3: 'FAIL'}[code] }" in said and "There was no calibration" in said
+    assert "stage=" not in said and "max_moves" not in said  # keys of a run, which this is not
+
+
+def test_a_log_that_ends_with_the_beacon_only_calibrates(walk, capsys):
+    short = walk.with_name("short.csv")
+    short.write_text("\n".join(walk.read_text().splitlines()[:1400]) + "\n")
+    out = walk.with_name("calibrated")
+    assert main([str(short), *BY_ITSELF[:-1], "beacon_s=[19.9,150]", f"out={out}"]) == 0
+    assert [path.name for path in out.iterdir()] == ["calibration.yaml"]
+    assert "calibration: verdict" in capsys.readouterr().out
+
+
+def test_joints_of_an_arm_are_a_path_too(tmp_path, capsys):
+    t_s = np.arange(0.0, 20.0, 0.1)
+    q = np.stack([0.4 * np.sin(0.5 * t_s), -0.3 + 0.2 * np.sin(0.37 * t_s), 0.6 + 0.2 * np.sin(0.23 * t_s)], axis=1)
+    rows = [f"{t:.1f},{a:.5f},{b:.5f},{c:.5f},{0.2 + 5.0 * np.exp(-a * a):.3f}" for t, (a, b, c) in zip(t_s, q, strict=True)]
+    path = tmp_path / "arm.csv"
+    path.write_text("\n".join(["t [s],pan,lift,elbow,co [ppm]", *rows]) + "\n")
+    assert main([str(path), "sensor=ec", "joint_columns=pan,lift,elbow", "position_unit=rad", "columns=co [ppm]"]) in (0, 3)
+    assert "source: x" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ((), "one log is localised in at a time"),
+        (("sensor=ndir",), "nothing says where the nose was"),
+        ((NOSE,), "no sensor was given"),
+        (("sensor=ndir", NOSE, "foo.bar=1"), "'foo.bar' is not a key"),
+        (("sensor=ndir", NOSE, "nominal.rise_s=-4"), "nominal.rise_s is -4, but 0.001 to 3600 is allowed"),
+        (("sensor=ndir", NOSE, "beacon_m=[1,2]"), "clean_air_s=[BEGIN,END]"),
+        (("sensor=ndir", NOSE, "clean_air_s=[0,1]"), "Type beacon_m=[X,Y,Z]"),
+        (("sensor=ndir", NOSE, "search_s=3"), "search_s=3 was given, but it is a list"),
+        (("sensor=ndir", NOSE, "search_s=[1,two]"), "two times in seconds"),
+        (("sensor=ndir", NOSE, "search_s=[500,600]"), "there is no reading from 500 to 600 s"),
+        (("sensor=ndir", NOSE, "out=/"), "/ is there already"),
+        (("sensor=ndir", NOSE, "calibration=none.yaml"), "says sensor, arm and profile itself"),
+        ((NOSE, "calibration=none.yaml"), "none.yaml cannot be read"),
+        (("sensor=nose", NOSE), "sensor=nose"),
+        (("sensor=ndir", "nose_columns=[a,b,c]", "position_unit=m"), "'a'"),
+        (("sensor=ndir", "box_m={a: *x}"), "has aliases"),
+    ],
+)
+def test_wrong_input_is_one_paragraph(walk, capsys, words, text):
+    assert main([str(walk), *words] if words else []) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("oio: ") and text in said and said.count("\n") == 1
+
+
+def test_help(capsys):
+    assert main(["--help"]) == 0 and capsys.readouterr().out == HELP
