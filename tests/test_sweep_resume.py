@@ -120,10 +120,12 @@ def to_the_group(going):
     os.killpg(going.pid, signal.SIGINT)
 
 
-STOPS = [lambda going: going.send_signal(signal.SIGINT), lambda going: going.send_signal(signal.SIGTERM), to_the_group]
+STOPS = {"SIGINT": lambda going: going.send_signal(signal.SIGINT), "SIGTERM": lambda going: going.send_signal(signal.SIGTERM)}
 
 
-@pytest.mark.parametrize("stop", STOPS, ids=["SIGINT", "SIGTERM", "Ctrl-C"])
+@pytest.mark.parametrize(
+    "stop", [to_the_group, *(pytest.param(stop, marks=pytest.mark.slow) for stop in STOPS.values())], ids=["Ctrl-C", *STOPS]
+)
 @pytest.mark.parametrize("launcher", [JOBLIB, pytest.param(DASK, marks=pytest.mark.slow)], ids=["joblib", "dask"])
 def test_a_stop_ends_the_sweep_within_seconds_and_says_how_to_go_on(tmp_path, launcher, stop):
     if launcher is DASK:

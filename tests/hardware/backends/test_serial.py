@@ -30,7 +30,7 @@ STALL_S, TRIES = 0.2, 3  # one so long may stop an arm, at twice the speed of li
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
 
 
-@pytest.mark.parametrize("sensor", ["ndir", "pa", "ec"])
+@pytest.mark.parametrize("sensor", [pytest.param("ndir", marks=pytest.mark.slow), pytest.param("pa", marks=pytest.mark.slow), "ec"])
 def test_a_nose_alone_warms_up_and_every_sample_is_accounted_for(emulators, sensor):
     bench = emulators(f"nose={NOSES[sensor]}", f"sensor={sensor}", "arm=none", "valve=none", "speed=3")
     run = bench.run("stage=[warm_up,baseline]")

@@ -88,7 +88,7 @@ def test_a_second_source_is_found_and_the_stronger_is_the_answer(lab, maps):
     ("kind", "half", "name"),
     [(LINE, (0.0, 0.0, 0.06), "line"), (RING, (0.0, 0.0, 0.04), "ring"), (RING, (0.0, 0.06, 0.0), "ring")],
 )
-@pytest.mark.parametrize("seed", [95, 96])
+@pytest.mark.parametrize("seed", [95, pytest.param(96, marks=pytest.mark.slow)])
 def test_an_extended_source_is_found_with_its_shape(lab, maps, draw, kind, half, name, seed):
     made = lab(5, 1, seed=seed)
     theta = made.theta()
@@ -109,7 +109,7 @@ def test_an_extended_source_is_found_with_its_shape(lab, maps, draw, kind, half,
     ("kind", "feet", "names"),
     [(WALL, (0.03, 0.0, 0.0), ("wall",)), (CORNER, (0.05, 0.0, 0.0, 0.0, 0.05, 0.0), ("corner", "wall"))],  # or the nearer one of it
 )
-@pytest.mark.parametrize("seed", [104, 106])
+@pytest.mark.parametrize("seed", [104, pytest.param(106, marks=pytest.mark.slow)])
 def test_walls_are_found_where_they_stand(lab, maps, draw, kind, feet, names, seed):
     made = lab(5, 1, seed=seed)
     theta = made.theta()
