@@ -118,7 +118,7 @@ def test_a_cluster_is_made_where_none_is_given_and_logs_may_stay(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "Dask dashboard: http://127.0.0.1" in done.stderr
     job = tmp_path / "s" / "0_ndir_5dof_seed0"
-    assert {path.name for path in job.iterdir()} == {"config.yaml", "log_is_at.txt", "status.json", "summary.json"}
+    assert {path.name for path in job.iterdir()} == {"calibration.yaml", "config.yaml", "log_is_at.txt", "status.json", "summary.json"}
     assert Path((job / "log_is_at.txt").read_text().strip().split(":", 1)[1], "run.mcap").is_file()
 
 

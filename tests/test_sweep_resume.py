@@ -191,13 +191,15 @@ def test_twenty_kills_change_nothing_in_the_table(tmp_path):
     line, met = words(stormy, *JOBLIB, *given), 0
     for kill in range(20):
         going = subprocess.Popen(line, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        line = [sys.executable, "-m", "oio.sweep", "resume", str(stormy)] if (stormy / "sweep.json").exists() else line
-        time.sleep(float(rng.uniform(2.5, 5.0)))
+        if kill % 5:  # else it is killed while it starts
+            works(going)
+            time.sleep(float(rng.uniform(0.0, 1.5)))
         for worker in workers_of(going.pid)[: kill % 3]:
             os.kill(worker, signal.SIGKILL)
-        time.sleep(float(rng.uniform(0.0, 2.0)))
+        time.sleep(float(rng.uniform(0.0, 1.5)))
         going.kill()
         going.wait()
+        line = [sys.executable, "-m", "oio.sweep", "resume", str(stormy)] if (stormy / "sweep.json").exists() else line
         met += any(outcome.state != "done" for outcome in Manifest.read(stormy).outcomes()) if (stormy / "sweep.json").exists() else 1
     assert tool("resume", stormy).returncode == 0
     assert table(stormy) == table(calm)
@@ -231,6 +233,14 @@ def records(folder):
     from oio.sweep.records import records
 
     return records(Manifest.read(folder).outcomes())
+
+
+def works(going):
+    """Wait until a sweep has workers, or is done: how long it takes to start is the machine's."""
+    until = time.monotonic() + 120
+    while going.poll() is None and not workers_of(going.pid):
+        assert time.monotonic() < until, "no worker began"
+        time.sleep(0.02)
 
 
 def workers_of(parent):

@@ -68,6 +68,6 @@ def test_a_whole_search_with_a_protocol_reproduces(emulators, tmp_path):
     (tmp_path / "answers.yaml").write_text(ANSWERS)
     bench = emulators("nose=line", "sensor=ec", "arm=feetech", "speed=2")
     run = bench.run("protocol=emulated", f"protocol.answers={tmp_path / 'answers.yaml'}", "stage.navigate.max_moves=10")
-    assert run.code == 0, run.said
+    assert run.code in (0, 3), run.said  # ten moves are few: the verdict may be FAIL
     code, said = reproduced(run.out)
     assert code == 0 and "beliefs: 0" not in said, said
