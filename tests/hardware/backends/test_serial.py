@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from oio.cli.exit_codes import VERDICT_FAILED
 from oio.cli.recover import main as recover
 from oio.core.records import GasSample, JointState
 from oio.kinematics.homing import Homing
@@ -147,7 +148,7 @@ def whole_run(emulators, *words):
         with Stalls() as stalls:
             run = bench.run(within_s=400)
         bench.close()  # or it would go on beside the next
-        if run.code == 0:
+        if run.code in (0, VERDICT_FAILED):
             assert run.all_accounted(), (run.account(), run.missing())
             return run, stalls
         assert run.code == 1 and "the arm was stopped" in run.said and stalls.longest_s > STALL_S, (run.said, str(stalls))
@@ -180,7 +181,7 @@ def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sen
 def test_the_first_run_after_an_install_compiles_while_the_arm_stands(emulators, tmp_path):
     """Else the guard would hold the arm: a host that compiles is silent for 20 s."""
     run = emulators("nose=scd30", "arm=feetech", "speed=2").run(within_s=400, NUMBA_CACHE_DIR=str(tmp_path / "empty"))
-    assert run.code == 0, run.said
+    assert run.code in (0, VERDICT_FAILED), run.said
 
 
 def test_ports_say_what_they_are_and_what_to_paste(emulators):
