@@ -173,7 +173,10 @@ def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sen
         print(f"{sensor} seed {seed}: {1e3 * wire_m[-1]:.1f} mm, last byte to belief {delay_ms} ms, {slow:.1f} times as slow; {stalls}")
         out = tmp_path / f"simulated{seed}"
         words = [f"sensor={sensor}", f"seed={seed}", "arm.encoder_drift_deg_s2=0", f"hydra.run.dir={out}"]
-        subprocess.run([sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, env=ENV, capture_output=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-m", "oio.run", *words, "report=false"], cwd=ROOT, env=ENV, capture_output=True, check=False
+        )
+        assert done.returncode in (0, VERDICT_FAILED), done.stderr
         simulated_m.append(json.loads((out / "summary.json").read_text(encoding="utf-8"))["calibrated"]["source_error_m"])
     assert np.median(wire_m) <= 2.0 * np.median(simulated_m), (wire_m, simulated_m)
 
