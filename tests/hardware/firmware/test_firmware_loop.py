@@ -32,7 +32,7 @@ PATIENT = (
     "backend.timeouts.receive_s=10",
 )  # simavr does the work of a board, and may have to wait for the processor
 SPOILT = r"(lost|corrupt) [1-9]|skipped [1-9]\d\d"  # a port that is opened within a sentence skips what is left of it
-NO_DRIFT = "arm.encoder_drift_deg_s2=0"  # in three minutes the paper's may be 16 degrees: then a joint pushes against its end, and the guard stops it
+NO_DRIFT = "arm.encoder_drift_deg_s2=0"  # the paper's may be 16 degrees in three minutes: a joint pushes against its end, and is stopped
 NOT_STUCK = "backend.nose.stuck_after=1000"  # ten bits of clean air are often the same count for minutes
 
 
