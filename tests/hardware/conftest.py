@@ -228,15 +228,3 @@ def emulators(tmp_path: Path) -> Iterator[Callable[..., Emulators]]:
     yield start
     for bench in made:
         bench.close()
-
-
-def slowness() -> float:
-    """How long this computer counts to a million, over 55 ms: what one of 2020 takes; the best of five times."""
-
-    def counted() -> float:
-        began_s, total = time.perf_counter(), 0
-        for number in range(1_000_000):
-            total += number
-        return time.perf_counter() - began_s
-
-    return min(counted() for _ in range(5)) / 0.055

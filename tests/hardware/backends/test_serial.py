@@ -20,7 +20,8 @@ from oio.cli.recover import main as recover
 from oio.core.records import GasSample, JointState
 from oio.kinematics.homing import Homing
 from oio.log import read_metadata, read_samples
-from tests.hardware.conftest import Stalls, slowness
+from tests.hardware.conftest import Stalls
+from tests.slowness import slowness
 
 ROOT = Path(__file__).resolve().parents[3]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
