@@ -1,7 +1,10 @@
 """Recordings played as worlds: time order, alternation, places, sources, the end."""
 
+import json
 import math
 import os
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
@@ -315,3 +318,15 @@ def test_the_real_array_smells_its_beacon_and_its_source():
 def test_the_real_array_has_ten_minutes_of_clean_air():
     with backend("orebro3dsen", arm("gantry", 3)).open() as world:
         assert len(gas(until_end(world, 7.0))) == 1200
+
+
+@real
+@pytest.mark.slow
+def test_a_room_of_metres_is_not_localisable_and_the_verdict_says_why(tmp_path):
+    words = ["backend=recording", "recording=orebro3dsen", "arm=gantry", "dof=3", "sensor=mox_mq", "beacon.position=[2.70,0.50,0.90]"]
+    command = [sys.executable, "-m", "oio.run", *words, "report=false", f"hydra.run.dir={tmp_path / 'run'}"]
+    done = subprocess.run(command, cwd=CONF.parent, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 3 and "not localisable" in done.stdout, done.stdout + done.stderr
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
+    failed = {line["name"] for line in summary["criteria"] if line["word"] == "FAIL"}
+    assert summary["verdict"] == "FAIL" and {"localised", "residuals"} <= failed
