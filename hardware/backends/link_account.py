@@ -1,6 +1,7 @@
 """Link statistics of a live world: every frame and sample, the evenness of the joints, the latency from a last byte to the belief."""
 
 from collections import deque
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ class LinkAccount:
     def __init__(self, devices: list[Device[Any]], mover: ArmDriver[Any] | FixedMount, mailbox: Mailbox) -> None:
         self._devices, self._mover, self._mailbox = devices, mover, mailbox
         self._delivered, self._delivered_homing, self._late = {"gas": 0, "joints": 0}, {"gas": 0, "joints": 0}, 0
-        self._latencies_s = deque[float](maxlen=LATENCIES)
+        self._latencies_s, self._awaited_s = deque[float](maxlen=LATENCIES), deque[float](maxlen=LATENCIES)
 
     def delivered(self, sample: JointState | GasSample) -> None:
         """A sample was given to the pipeline."""
@@ -30,13 +31,16 @@ class LinkAccount:
         """A sample came after younger ones had been delivered."""
         self._late += 1
 
-    def latency(self, s: float) -> None:
-        """Seconds from the last byte of a gas sample until its belief."""
+    def latency(self, s: float, awaited: bool) -> None:
+        """Seconds from the last byte of a gas sample until its belief; `awaited`: the pipeline made no map when that byte came."""
         self._latencies_s.append(s)
+        if awaited:
+            self._awaited_s.append(s)
 
     def source_opened(self) -> None:
         """Latencies count from the opening of a source: those of a search, not of the warm-up."""
         self._latencies_s.clear()
+        self._awaited_s.clear()
 
     def homed(self) -> None:
         """The first move has ended; its samples are counted apart."""
@@ -51,10 +55,15 @@ class LinkAccount:
         parts.append(f"taken {delivered['gas']} gas {delivered['joints']} joints, waiting {waiting[0]} and {waiting[1]}")
         parts.append(f"on the first way home {homing['gas']} and {homing['joints']}")
         parts.append(f"late {self._late}, overflown {self._mailbox.lost}")
-        if self._latencies_s:
-            ms = 1e3 * np.quantile(np.array(self._latencies_s), (0.5, 0.95))
-            parts.append(f"last byte to belief {ms[0]:.2f} ms median, {ms[1]:.2f} ms 95 %")
+        if self._awaited_s:
+            during = f" ({_quantiles_ms(self._latencies_s)} of all, those that came during a map too)"
+            parts.append(f"last byte to belief {_quantiles_ms(self._awaited_s)}{during}")
         return "; ".join(parts)
+
+
+def _quantiles_ms(latencies_s: Iterable[float]) -> str:
+    median, high = 1e3 * np.quantile(np.array(list(latencies_s)), (0.5, 0.95))
+    return f"{median:.2f} ms median, {high:.2f} ms 95 %"
 
 
 def _of_device(device: Device[Any]) -> str:

@@ -94,7 +94,8 @@ class LiveWorld:
 
     def samples(self, for_s: float) -> Iterator[WorldSample]:
         """Yield the samples since the last span and of the next `for_s` [s]. Raises OioError when a device is lost or the arm is held."""
-        now_ns = self._clock.now_ns() - self._buffer.delay_ns  # samples are complete up to this delay behind the host
+        asked_ns = self._clock.now_ns()
+        now_ns = asked_ns - self._buffer.delay_ns  # samples are complete up to this delay behind the host
         until_ns = (self._t_ns if now_ns - self._t_ns < SLACK_NS else now_ns) + nanoseconds(for_s)
         yield from self._events()
         yield from self._truth()
@@ -107,7 +108,8 @@ class LiveWorld:
             self.account.delivered(sample)
             yield sample
             if isinstance(sample, GasSample):
-                self.account.latency(self._clock.host_s(1e-9 * (self._clock.now_ns() - arrived.at_ns)))
+                latency_s = self._clock.host_s(1e-9 * (self._clock.now_ns() - arrived.at_ns))
+                self.account.latency(latency_s, awaited=arrived.at_ns >= asked_ns)
         self._t_ns = max(self._t_ns, until_ns)
         yield from self._events()
 

@@ -122,7 +122,7 @@ def rooms(host: Path, elf: Path, tmp_path: Path, composed: Any, built: Any) -> C
 
     @contextlib.contextmanager
     def made(speed: float, arm: bool) -> Iterator[Room]:
-        sim: MujocoSim = built("backend", *SENSOR)
+        sim: MujocoSim = built("backend", *SENSOR, NO_DRIFT)
         with contextlib.ExitStack() as stack:
             plant = stack.enter_context(sim.plant())
             realtime = Wired(plant, sim.arm, speed)
