@@ -25,12 +25,12 @@ def words(folder, *given):
 
 
 def sweep(folder, *given):
-    return subprocess.run(words(folder, *given), cwd=ROOT, capture_output=True, text=True, timeout=900, check=False)
+    return subprocess.run(words(folder, *given), cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
 
 def tool(*given):
     line = [sys.executable, "-m", "oio.sweep", *map(str, given)]
-    return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=900, check=False)
+    return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
 
 def stamps(folder):
@@ -315,7 +315,7 @@ def test_two_sweeps_in_one_folder_at_a_time_are_refused(tmp_path):
 def test_sweeps_of_the_same_second_share_no_folder(tmp_path):
     line = [sys.executable, "-m", "oio.run", "-m", "sensor=ndir", "seed=0", *TINY]
     going = [subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": str(ROOT)}) for _ in range(4)]
-    assert [each.wait(timeout=900) for each in going] == [0] * 4
+    assert [each.wait(timeout=300) for each in going] == [0] * 4
     assert len(list(tmp_path.glob("outputs/*/*_sweep/sweep.json"))) == 4
 
 
@@ -353,7 +353,7 @@ def test_a_sweep_with_choices_of_ones_own_is_resumed_from_anywhere(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     own = ("--config-dir", "one", "hydra.searchpath=[file://two]", "profile=quick,slow")
     line = words("swept", *own, "sensor=ndir", "seed=0")
-    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=900, check=False)
+    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "swept"
     write_status(folder / next(iter(stamps(folder))), "failed", "the disk was full")

@@ -14,7 +14,6 @@ from oio.api.log_file import LogFile, read_log
 from oio.api.samples import JointPath, NosePath, Readings
 from oio.api.setup import Setup
 from oio.cli.exit_codes import VERDICT_FAILED, run_command
-from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.localise.asked import Asked, asked
 from oio.localise.display import save, show
@@ -55,7 +54,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if {"--help", "-h"} & set(words):
         sys.stdout.write(HELP)
         return 0
-    interrupt.listen()
     words_of_verdict: list[str] = []
     code = run_command(lambda: words_of_verdict.append(_run(asked(words))))
     return VERDICT_FAILED if code == 0 and words_of_verdict == [FAIL] else code
@@ -69,9 +67,10 @@ def _run(given: Asked) -> str:
     with console.status("reading the log"):
         log = read_log(given.file, sigma_ppm=None, **given.mapping)
         path = _path(log)
-        setup = _setup(given, path)
+        kept = load_calibration(given.calibration) if given.calibration else None
+        setup = kept.setup if kept else _setup(given, path)
     with console.status("calibrating"):
-        calibration = _calibration(given, setup, log, path)
+        calibration = _calibrated(given, setup, log, path) if given.calibrates else kept
     with console.status("localising"):
         readings = _readings(given, log, path)
         box_m = given.places.get("box_m")
@@ -94,17 +93,12 @@ def _path(log: LogFile) -> JointPath:
 
 
 def _setup(given: Asked, path: JointPath) -> Setup:
-    if given.calibration:
-        return load_calibration(given.calibration).setup
     dof = {} if isinstance(path, NosePath) else {"dof": np.asarray(path.q).shape[1]}
     return Setup(**given.chosen, **dof, overrides=given.overrides)  # type: ignore[arg-type]  # choices are text, dof is none of them
 
 
-def _calibration(given: Asked, setup: Setup, log: LogFile, path: JointPath) -> Calibration | None:
-    if given.calibration:
-        return load_calibration(given.calibration)
-    if not given.calibrates:
-        return None
+def _calibrated(given: Asked, setup: Setup, log: LogFile, path: JointPath) -> Calibration:
+    """The calibration by the log itself."""
     clean, lit = given.spans["clean_air_s"], given.spans["beacon_s"]
     return calibrate(_on_path(log.readings, path), path, given.places["beacon_m"], clean_air_s=clean, beacon_s=lit, setup=setup)
 

@@ -21,14 +21,12 @@ from oio.core.records import GasSample, JointState
 from oio.kinematics.homing import Homing
 from oio.log import read_metadata, read_samples
 from tests.hardware.conftest import Stalls
-from tests.slowness import slowness
 
 ROOT = Path(__file__).resolve().parents[3]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 NOSES = {"ndir": "scd30", "pa": "scd41", "ec": "line", "mox_mq": "line", "mox_mics": "line"}
 SAYS = {"ndir": "SCD30, firmware ", "pa": "SEK-SensorBridge, SCD41 f8969f073bbe", "ec": "OIO-NOSE, 1, "}  # the noses of themselves
 CALM = 0.05  # of the time that a host may lose before what it times is none of ours
-SLOW = 1.5  # times as slow as usual: there a belief may take longer
 STALL_S, TRIES = 0.2, 3  # one so long may stop an arm, at twice the speed of life
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
 
@@ -150,7 +148,7 @@ def whole_run(emulators, *words):
         with Stalls() as stalls:
             run = bench.run(within_s=400)
         bench.close()  # or it would go on beside the next
-        if run.code in (0, VERDICT_FAILED):
+        if run.code == 0:
             assert run.all_accounted(), (run.account(), run.missing())
             return run, stalls
         assert run.code == 1 and "the arm was stopped" in run.said and stalls.longest_s > STALL_S, (run.said, str(stalls))
@@ -168,10 +166,9 @@ def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sen
     for seed in range(3):
         run, stalls = whole_run(emulators, f"nose={NOSES[sensor]}", f"sensor={sensor}", f"seed={seed}", "arm=feetech", "speed=2")
         wire_m.append(run.summary()["calibrated"]["source_error_m"])
-        delay_ms = float(re.search(r"last byte to belief ([\d.]+) ms median", run.account()).group(1))
-        slow = slowness()
-        assert slow > SLOW or delay_ms < (2.0 if stalls.lost < CALM else 10.0), (run.account(), str(stalls), slow)
-        print(f"{sensor} seed {seed}: {1e3 * wire_m[-1]:.1f} mm, last byte to belief {delay_ms} ms, {slow:.1f} times as slow; {stalls}")
+        delay_ms = float(re.search(r"last byte to belief .*\(([\d.]+) ms median.* of all", run.account()).group(1))
+        assert delay_ms < (2.0 if stalls.lost < CALM else 10.0), (run.account(), str(stalls))
+        print(f"{sensor} seed {seed}: {1e3 * wire_m[-1]:.1f} mm, last byte to belief {delay_ms} ms; {stalls}")
         out = tmp_path / f"simulated{seed}"
         words = [f"sensor={sensor}", f"seed={seed}", "arm.encoder_drift_deg_s2=0", f"hydra.run.dir={out}"]
         done = subprocess.run(
@@ -187,7 +184,7 @@ def test_over_the_wire_a_source_is_found_as_well_as_in_simulation(emulators, sen
 def test_the_first_run_after_an_install_compiles_while_the_arm_stands(emulators, tmp_path):
     """Else the guard would hold the arm: a host that compiles is silent for 20 s."""
     run = emulators("nose=scd30", "arm=feetech", "speed=2").run(within_s=400, NUMBA_CACHE_DIR=str(tmp_path / "empty"))
-    assert run.code in (0, VERDICT_FAILED), run.said
+    assert run.code == 0, run.said
 
 
 def test_ports_say_what_they_are_and_what_to_paste(emulators):

@@ -1,6 +1,10 @@
 """`python -m oio.localise`: the source of a log whose nose was moved, with and without a calibration; and what is refused."""
 
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -121,3 +125,14 @@ def test_wrong_input_is_one_paragraph(walk, capsys, words, text):
 
 def test_help(capsys):
     assert main(["--help"]) == 0 and capsys.readouterr().out == HELP
+
+
+def test_a_stop_ends_it_at_once(walk):
+    """Ctrl-C while it fits: nothing but one line, and code 130."""
+    line = [sys.executable, "-m", "oio.localise", str(walk), *BY_ITSELF, f"out={walk.with_name('stopped')}"]
+    going = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(2.0)
+    going.send_signal(signal.SIGINT)
+    said = going.communicate(timeout=30)[1]
+    assert going.returncode == 130 and "Traceback" not in said and said.strip().endswith("oio: stopped.")
+    assert not walk.with_name("stopped").exists()
