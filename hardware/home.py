@@ -16,7 +16,7 @@ printed: compare it with a ruler, because a joint whose LOW and HIGH were swappe
 import sys
 from pathlib import Path
 
-from oio.cli import startup
+from oio.core import startup
 from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)

@@ -11,7 +11,7 @@ says, and the place of the nose with a ruler. (LeRobot's own connecting lets go 
 import sys
 import time
 
-from oio.cli import startup
+from oio.core import startup
 from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)

@@ -5,8 +5,8 @@ import runpy
 import sys
 
 from oio import __version__
-from oio.cli import startup
 from oio.cli.command_table import COMMANDS
+from oio.core import startup
 from oio.core.standard_output import ended
 
 startup.handle_signals("__main__")  # whichever command follows

@@ -3,8 +3,8 @@
 import sys
 
 from oio import __version__
-from oio.cli import startup
 from oio.cli.help import asks_for_help, show_help_for
+from oio.core import startup
 from oio.core.errors import BadInput
 from oio.core.standard_output import ended
 

@@ -3,4 +3,4 @@
 May import: everything in `oio`. May not import: a stage or a device; Hydra builds those from the configuration.
 """
 
-import oio.cli.startup  # noqa: F401  - for worker processes too, so that a trial equals a run to the bit
+import oio.core.startup  # noqa: F401  - for worker processes too, so that a trial equals a run to the bit

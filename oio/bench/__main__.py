@@ -4,7 +4,7 @@ import signal
 import sys
 from collections.abc import Callable
 
-from oio.cli import startup
+from oio.core import startup
 from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)

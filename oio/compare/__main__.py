@@ -4,11 +4,15 @@ import argparse
 import sys
 from pathlib import Path
 
+from oio.core import startup
+from oio.core.standard_output import ended
+
+startup.handle_signals(__name__)
+
 from oio.compare.comparison import compare
 from oio.compare.display import show
 from oio.compare.files import refuse_unwritable, save
 from oio.core.errors import BadInput
-from oio.core.standard_output import ended
 from oio.results.calibration_entries import read_calibration
 
 AGREE, DIFFER = 0, 3  # 2, bad input, is BadInput.exit_code and argparse's own

@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Iterator
 
-from oio.cli import startup
+from oio.core import startup
 from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)

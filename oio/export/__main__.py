@@ -1,9 +1,16 @@
 """`python -m oio.export RUN --to FORMAT`: a run as files of other tools."""
 
 import argparse
+import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+
+from oio.core import startup
+from oio.core.standard_output import ended
+
+startup.handle_signals(__name__)
 
 from rich.console import Console
 from rich.progress import Progress
@@ -11,7 +18,6 @@ from rich.progress import Progress
 from oio.cli.exit_codes import run_command
 from oio.core.errors import BadInput
 from oio.core.records import WorldSample
-from oio.core.standard_output import ended
 from oio.export.kalibr import write_kalibr
 from oio.export.robot_localization import write_robot_localization
 from oio.export.run_record import RunRecord, find_log, read_run_record
@@ -56,15 +62,16 @@ def _export(log: Path, to: str, out: Path | None) -> None:
         raise BadInput(f"{folder} is there already, and results are never overwritten. Type --out with the name of a new folder.")
     end_ns = read_end(log)
     run = read_run_record(log, lambda samples: _watched(samples, end_ns))
-    new = not folder.exists()
+    unfinished = folder.with_name(f"{folder.name}.{os.getpid()}.part")  # a stop in the middle leaves no folder that looks complete
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        sys.stdout.writelines(f"{path}\n" for path in WRITERS[to](run, folder))
+        unfinished.mkdir(parents=True)
+        paths = WRITERS[to](run, unfinished)
+        unfinished.rename(folder)
     except OSError as error:
         raise BadInput(f"{folder} cannot be written ({error.strerror}). Give --out with a folder that can be.") from None
     finally:
-        if new and folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
+        shutil.rmtree(unfinished, ignore_errors=True)
+    sys.stdout.writelines(f"{folder / path.relative_to(unfinished)}\n" for path in paths)
 
 
 def _watched(samples: Iterator[WorldSample], end_ns: int) -> Iterator[WorldSample]:

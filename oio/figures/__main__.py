@@ -4,8 +4,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from oio.core.errors import BadInput
+from oio.core import startup
 from oio.core.standard_output import ended
+
+startup.handle_signals(__name__)
+
+from oio.core.errors import BadInput
 from oio.figures.picture import draw
 
 

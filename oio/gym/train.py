@@ -5,6 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from oio.core import startup
+
+startup.handle_signals(__name__)
+
 import gymnasium
 import numpy as np
 from gymnasium import spaces
@@ -109,4 +113,4 @@ def _run(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(run_command(lambda: _run(sys.argv[1:]), "stopped; no network was written."))
+    sys.exit(run_command(lambda: _run(sys.argv[1:])))

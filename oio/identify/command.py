@@ -9,7 +9,6 @@ from typing import NoReturn
 from rich.console import Console
 
 from oio.cli.exit_codes import run_command
-from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.identify.display import save, show
 from oio.identify.element_quantities import element_rows
@@ -39,7 +38,6 @@ class _Parser(argparse.ArgumentParser):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Identify one record; returns the exit code."""
-    interrupt.listen()
     return run_command(lambda: _run(sys.argv[1:] if arguments is None else list(arguments)))
 
 

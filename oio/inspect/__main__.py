@@ -4,6 +4,11 @@ import argparse
 import sys
 from pathlib import Path
 
+from oio.core import startup
+from oio.core.standard_output import ended
+
+startup.handle_signals(__name__)
+
 from oio.core.errors import BadInput
 from oio.inspect.display import show
 from oio.inspect.survey import survey
@@ -61,4 +66,4 @@ def _parser() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(ended(main))

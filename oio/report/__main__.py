@@ -4,9 +4,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from oio.cli.exit_codes import run_command
-from oio.core import interrupt
+from oio.core import startup
 from oio.core.standard_output import ended
+
+startup.handle_signals(__name__)
+
+from oio.cli.exit_codes import run_command
 from oio.report.write import write_report
 
 
@@ -19,7 +22,6 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, metavar="FILE.html", help="the report (default: report.html in that folder)")
     parser.add_argument("--figures", type=Path, metavar="FOLDER", help="also write every figure as SVG and PNG to this folder")
     given = parser.parse_args(arguments)
-    interrupt.listen()
 
     def run() -> None:
         sys.stdout.write(f"{write_report(given.folder, given.out, given.figures)}\n")

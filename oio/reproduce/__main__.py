@@ -8,7 +8,7 @@ import itertools
 import sys
 from pathlib import Path
 
-from oio.cli import startup
+from oio.core import startup
 from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
@@ -38,7 +38,6 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="of the new run (default: RUN_again)")
     parser.add_argument("--config-dir", type=Path, metavar="FOLDER", help="the choices of your own that the run was made with")
     given = parser.parse_intermixed_args(arguments)
-    interrupt.listen()
     equal: list[bool] = []
     code = run_command(lambda: equal.append(_reproduce(given)))
     return code or (0 if equal[0] else DIFFERENT)
@@ -52,7 +51,8 @@ def _reproduce(given: argparse.Namespace) -> bool:
     own = () if given.config_dir is None else (absolute(f"{FOLDER}{given.config_dir}"),)
     experiment, keys = experiment_again(made, given.words, (*own, *plugin_packages()))
     out = given.out or _unused(made)
-    execute(experiment, out)
+    with interrupt.listening():
+        execute(experiment, out)
     console = Console(soft_wrap=True, highlight=False)
     console.print(f"{'run again' if made.simulated else 'replayed'}: {out}", markup=False)
     _name(console, "configuration", keys)

@@ -3,4 +3,4 @@
 May import: `oio.cli` and below. May not import: benchmarks, a stage or a device. Hydra finds its launchers in `hydra_plugins`.
 """
 
-import oio.cli.startup  # noqa: F401  - for worker processes too, so that a job equals a run to the bit
+import oio.core.startup  # noqa: F401  - for worker processes too, so that a job equals a run to the bit

@@ -35,7 +35,6 @@ class _Parser(argparse.ArgumentParser):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
-    interrupt.listen()
     return run_command(lambda: _run(sys.argv[1:] if arguments is None else list(arguments)))
 
 
@@ -89,7 +88,8 @@ def _resume(given: argparse.Namespace) -> None:
         places = _places(manifest, given.config_dir)
         adopt_version(manifest, version_of_everything(folders_of(places)), given.any_version)
         manifest.launcher = _launcher(manifest, given.jobs, given.address)
-        outcomes = run_sweep(manifest, manifest.jobs, engine_of(manifest.launcher), Store.of(manifest, places), places)
+        with interrupt.listening():
+            outcomes = run_sweep(manifest, manifest.jobs, engine_of(manifest.launcher), Store.of(manifest, places), places)
     show_sweep(outcomes, str(given.dir))
     failed = sum(outcome.state != "done" for outcome in outcomes)
     if failed:
