@@ -25,7 +25,7 @@ from oio.gas.source import Source
 from oio.kinematics.arm import Arm
 from oio.motion.guard import SafetyLimits
 
-SWITCH_S = 2e-4  # of the interpreter, between threads: a sample that came in shall not wait for 5 ms, its default
+SWITCH_S = 1e-3  # of the interpreter, between threads: 5 ms, its default, keep a sample waiting; 0.2 ms let the arm cut a belief in pieces
 
 
 @settings

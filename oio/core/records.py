@@ -137,4 +137,7 @@ class Innovation(_ReadOnlyArrays):
     @property
     def nis(self) -> float:
         """Normalised innovation squared y' S^-1 y, chi-square with m degrees of freedom if the filter is consistent."""
+        if len(self.residual) == 1 and self.cov[0, 0]:  # as of every gas reading; equal to the bit, without the calls of LAPACK
+            y = float(self.residual[0])
+            return y * (y / float(self.cov[0, 0]))
         return float(self.residual @ np.linalg.solve(self.cov, self.residual))

@@ -10,28 +10,31 @@ from oio.inference.state_space import StateSpace
 
 def gated_update(model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Belief, Innovation]:
     """Return the posterior after one reading, and its innovation; a missed reading, or one beyond the NIS gate, changes nothing."""
-    innovation = innovation_of(model, belief, reading, gate_nis)
+    innovation, row, residual, r = _measured(model, belief, reading, gate_nis)
     if innovation.gated:
         return belief, innovation
-    mean, cov = update(model, belief.mean, belief.cov, reading)
-    return Belief(reading.t_ns, mean, cov), innovation
+    return Belief(reading.t_ns, *joseph(belief.mean, belief.cov, row, residual, r)), innovation
 
 
 def innovation_of(model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> Innovation:
     """Return the innovation without an update. A missed reading (NaN or infinite) is gated, with residual 0."""
+    return _measured(model, belief, reading, gate_nis)[0]
+
+
+def _measured(model: StateSpace, belief: Belief, reading: GasReading, gate_nis: float) -> tuple[Innovation, Array, float, float]:
+    """The innovation of a reading, and what `scalar_measurement` makes of it."""
     finite = GasReading(reading.t_ns, reading.element, 0.0, model.sigma_ppm) if reading.missed else reading
     row, residual, r = scalar_measurement(model, belief.mean, belief.cov, finite)
     s = float(row @ belief.cov @ row) + r
     residual = 0.0 if reading.missed else residual
     gated = reading.missed or residual * residual > gate_nis * s
-    return Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated)
+    return Innovation(reading.t_ns, np.array([residual]), np.array([[s]]), gated), row, residual, r
 
 
 def update(model: StateSpace, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, Array]:
     """Return mean (N,) and covariance (N, N) after one reading."""
     row, residual, r = scalar_measurement(model, mean, cov, reading)
-    mean, cov = joseph(mean, cov, row, residual, r)
-    return mean, cov
+    return joseph(mean, cov, row, residual, r)
 
 
 def scalar_measurement(model: StateSpace, mean: Array, cov: Array, reading: GasReading) -> tuple[Array, float, float]:

@@ -1,5 +1,6 @@
 """Encoder: records to messages, with topic and schema, bit for bit."""
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -118,7 +119,12 @@ def state(belief: Belief, names: Sequence[str], units: Sequence[str]) -> Any:
 
 
 def _upper(cov: Array) -> list[float]:
-    return list(cov[np.triu_indices(len(cov))].tolist())
+    return list(cov[_upper_indices(len(cov))].tolist())
+
+
+@functools.cache
+def _upper_indices(n: int) -> tuple[Any, Any]:
+    return np.triu_indices(n)
 
 
 def filter_estimate(one: FilterEstimate) -> Topics:
