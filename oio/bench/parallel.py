@@ -8,12 +8,14 @@ from joblib import Parallel, delayed, parallel_config
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from oio.cli import terminal
+from oio.cli.first_compile import first_compile
 
 
 def run_parallel(
     work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], jobs: int, what: str, at_a_time: int = 1
 ) -> Iterator[tuple[int, Any]]:
     """Yield (task number, work(*task)) in any order; `at_a_time` tasks per batch, one linear-algebra thread per worker."""
+    first_compile()  # or every worker would
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     bar = Progress(*columns, console=terminal.console(stderr=True), disable=not terminal.may_move())
     with bar, parallel_config(backend="loky", n_jobs=jobs, inner_max_num_threads=1, initializer=_ignore_sigint):

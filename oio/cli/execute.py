@@ -10,6 +10,7 @@ from typing import Any
 from oio.cli import terminal
 from oio.cli.attendant import performance
 from oio.cli.experiment import Experiment
+from oio.cli.first_compile import first_compile
 from oio.cli.io_errors import FULL, disk_full
 from oio.cli.reproducible import devices_of, provenance, reproducible
 from oio.cli.run_display import run_display
@@ -45,6 +46,7 @@ def execute(
     """
     check_order(experiment.stages)
     refuse_used(out)
+    first_compile(quiet)
     panel = run_display(quiet)
     performed = performance(experiment.procedure, quiet, panel.paused)
     shared = None if performed else shared  # what a person did for one run, nobody did for another

@@ -51,6 +51,16 @@ def joseph(mean: Array, cov: Array, row: Array, residual: float, r: float) -> tu
     """Joseph-form update: mean (N,) and covariance (N, N), symmetric to the bit, for a row of H (N,), its residual and variance r."""
     ph = cov @ row
     gain = ph / (row @ ph + r)
-    reduced = cov - np.outer(gain, ph)  # (I - K H) P, P symmetric
-    joseph_cov = reduced - np.outer(reduced @ row, gain) + r * np.outer(gain, gain)
-    return mean + gain * residual, 0.5 * (joseph_cov + joseph_cov.T)
+    n = len(row)
+    reduced, joseph_cov, out = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            reduced[i, j] = cov[i, j] - gain[i] * ph[j]  # (I - K H) P, P symmetric
+    rest = reduced @ row
+    for i in range(n):
+        for j in range(n):
+            joseph_cov[i, j] = reduced[i, j] - rest[i] * gain[j] + r * (gain[i] * gain[j])
+    for i in range(n):
+        for j in range(n):
+            out[i, j] = 0.5 * (joseph_cov[i, j] + joseph_cov[j, i])
+    return mean + gain * residual, out

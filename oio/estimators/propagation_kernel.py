@@ -38,8 +38,12 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas:
     for e in range(count):
         p, jac = nose_and_jacobian(joints, SerialChain(chain.poses, chain.axes, chain.kinds, chain.locked, gas.places_m[e]), True)
         c, grad, by_nose, ou = _field_at_place(new, e, p, jac, dt, dq, gas, numbers[e])
-        rows[:, e] = _propagate_gas(new, e, count, c, (grad, by_nose), jac, ou, dt)
-        steps[:, OU * e : OU * (e + 1)] = ou
+        of_place = _propagate_gas(new, e, count, c, (grad, by_nose), jac, ou, dt)
+        for i in range(k):  # numba compiles an array that is set to another for seconds: the words of an error go with it
+            for j in range(x.shape[1]):
+                rows[i, e, j] = of_place[i, j]
+            for j in range(OU):
+                steps[i, OU * e + j] = ou[i, j]
     if count == 2:
         for i in range(k):
             rho = np.exp(-2.0 * gas.spacing_m / (numbers[0, 3, i] + numbers[1, 3, i]))
@@ -61,7 +65,9 @@ def _field_at_place(
     for i in range(k):
         theta = x[i, 3 * n : 3 * n + LAW]
         c_i, grad_i, r_i, rarity_i = concentration(p[i : i + 1], theta, gas.r_ref_m, gas.radius_m)
-        c[i], grad[i], r, rarity = c_i[0], grad_i[0], r_i[0], rarity_i[0]
+        c[i], r, rarity = c_i[0], r_i[0], rarity_i[0]
+        for j in range(LAW):
+            grad[i, j] = grad_i[0, j]
         if gas.shape.kind:
             place, first = (p[i, 0], p[i, 1], p[i, 2]), (c[i], r, rarity)
             c[i], r, rarity = field_of_shape(place, theta, gas.shape, (gas.r_ref_m, gas.radius_m), first, grad[i], by_shape)
@@ -96,7 +102,8 @@ def _propagate_gas(
         for j in range(n):
             df_do = lag_input * (by_nose[i, 0] * jac[i, 0, j] + by_nose[i, 1] * jac[i, 1, j] + by_nose[i, 2] * jac[i, 2, j])
             rows[i, j], rows[i, n + j], rows[i, 2 * n + j] = df_do, dt * df_do, 0.5 * dt * dt * df_do
-        rows[i, 3 * n : 3 * n + LAW] = lag_input * grad[i]
+        for j in range(LAW):
+            rows[i, 3 * n + j] = lag_input * grad[i, j]
         rows[i, lagged], rows[i, relative] = phi, coupling
         x[i, lagged], x[i, relative] = phi * x[i, lagged] + lag_input, keep * x[i, relative]
     return rows
@@ -142,7 +149,11 @@ def apply_transition_transposed(a: Array, rows: Array, step: Array, dt: float, n
 def propagate_covariance(cov: Array, rows: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
     """Return F P F' + Q (N, N), symmetric to the bit."""
     half = apply_transition(cov, rows, step, dt, n)
-    out = apply_transition(half.T.copy(), rows, step, dt, n)
+    turned = np.empty((half.shape[1], half.shape[0]))  # half.T.copy(), of the same type as `cov`, so that it is compiled once
+    for i in range(half.shape[0]):
+        for j in range(half.shape[1]):
+            turned[j, i] = half[i, j]
+    out = apply_transition(turned, rows, step, dt, n)
     return add_process_noise(out, step, dt, n, walk, drift)
 
 

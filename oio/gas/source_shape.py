@@ -69,7 +69,8 @@ def _two_sources(
 ) -> tuple[float, float, float]:  # fmt: skip
     c, r, rarity = first
     other, more = np.empty(LAW), np.empty(LAW)
-    other[:] = theta[:LAW]
+    for j in range(LAW):
+        other[j] = theta[j]
     other[LN_STRENGTH] += second[3]
     c2, r2, rarity2 = concentration_at(p[0] - second[0], p[1] - second[1], p[2] - second[2], other, scale[0], scale[1], more)
     c, c2 = max(c, LEAST_PPM), max(c2, LEAST_PPM)

@@ -77,5 +77,6 @@ def _whiten_all(
             for j in range(k):
                 lagged_ou_step(phi[j], keep[i, j], dt[j], tau[j], t[i, j], amplitude[j], gamma * gamma, steps[j])
             rows, ppm2 = whitening_filter(column, at, steps, squares[s], gain, white)
-            out[s, i], expected[s, i] = rows[:, 0], ppm2
+            for j in range(len(at)):
+                out[s, i, j], expected[s, i, j] = rows[j, 0], ppm2[j]
     return out, expected

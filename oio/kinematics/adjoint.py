@@ -45,14 +45,16 @@ def forward_positions(q: Array, links: AdjointChain, joints: Array, p: Array) ->
     BLOCK)."""
     turns, axes, nose = links
     for a in range(3):
-        p[a] = nose[a]
+        p[a].fill(nose[a])
     for j in range(len(turns) - 1, -1, -1):
         w, at = axes[j], joints[j]
         if w[6] > 0.0:
             for a in range(3):
-                at[2 + a] = w[a]
-                p[a] += w[a] * q[j]
-            at[0], at[1] = 0.0, 1.0
+                at[2 + a].fill(w[a])
+                for k in range(BLOCK):
+                    p[a, k] += w[a] * q[j, k]
+            at[0].fill(0.0)
+            at[1].fill(1.0)
         else:
             _sin_cos(q[j], at)
             _rotate(p, at, w[0], w[1], w[2])

@@ -41,7 +41,7 @@ def nose_and_jacobian(q: Array, chain: SerialChain, want_jacobian: bool = True) 
         for j in range(m):
             _advance(rotation, position, poses[j, :3, 3])
             _multiply(rotation, poses[j, :3, :3], turned)
-            rotation[:] = turned
+            _copy(turned, rotation)
             for a in range(3):
                 directions[j, a] = rotation[a, 0] * axes[j, 0] + rotation[a, 1] * axes[j, 1] + rotation[a, 2] * axes[j, 2]
                 anchors[j, a] = position[a]
@@ -52,12 +52,14 @@ def nose_and_jacobian(q: Array, chain: SerialChain, want_jacobian: bool = True) 
             else:
                 _rodrigues(axes[j], value, turn)
                 _multiply(rotation, turn, turned)
-                rotation[:] = turned
+                _copy(turned, rotation)
         _advance(rotation, position, offset)
-        p_all[i] = position
+        for a in range(3):
+            p_all[i, a] = position[a]
         for j in range(n if want_jacobian else 0):
             if kinds[j] == SLIDE:
-                j_all[i, :, j] = directions[j]
+                for a in range(3):
+                    j_all[i, a, j] = directions[j, a]
                 continue
             for a in range(3):
                 b, c = (a + 1) % 3, (a + 2) % 3
@@ -76,6 +78,13 @@ def _multiply(a: Array, b: Array, out: Array) -> None:  # out = a @ b, (3, 3)
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+
+
+@compiled
+def _copy(a: Array, out: Array) -> None:  # out[:] = a would compile the words of an error for seconds
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = a[i, j]
 
 
 @compiled

@@ -90,4 +90,4 @@ class SerialArm(ABC):
         q = np.ascontiguousarray(q_rad, dtype=np.float64)
         if q.shape[-1] != self.dof:
             raise ValueError(f"expected {self.dof} joint values, got {q.shape[-1]}")
-        return q.reshape(-1, self.dof)
+        return (q if q.flags.writeable else q.copy()).reshape(-1, self.dof)  # of one type, so that it is compiled once

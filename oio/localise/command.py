@@ -14,6 +14,7 @@ from oio.api.log_file import LogFile, read_log
 from oio.api.samples import JointPath, NosePath, Readings
 from oio.api.setup import Setup
 from oio.cli.exit_codes import VERDICT_FAILED, run_command
+from oio.cli.first_compile import first_compile
 from oio.core.errors import BadInput
 from oio.localise.asked import Asked, asked
 from oio.localise.display import save, show
@@ -63,6 +64,7 @@ def _run(given: Asked) -> str:
     """Localise, print and write; returns the word of the verdict."""
     if given.out and given.out.exists():
         raise BadInput(f"{given.out} is there already, and results are never overwritten. Give another name to out=.")
+    first_compile()
     console = Console(stderr=True)
     with console.status("reading the log"):
         log = read_log(given.file, sigma_ppm=None, **given.mapping)

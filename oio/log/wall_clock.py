@@ -27,7 +27,8 @@ def start_ns(metadata: Mapping[str, str]) -> int:
 
 def shift(message: Any, by_ns: int) -> None:
     """Move all stamps of a message, and of the parts of one with several, by so many nanoseconds."""
-    stamps, parts = _fields(type(message))
+    kind: Any = type(message)
+    stamps, parts = _fields(kind)
     for name in stamps:
         at = getattr(message, name)
         at.seconds, at.nanos = divmod(at.seconds * SECOND_NS + at.nanos + by_ns, SECOND_NS)

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from oio.cli.first_compile import first_compile
 from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.sweep.attempts import set_aside
@@ -58,6 +59,8 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: St
     _tell_taken(taken, store)
     ended = {}
     works = [Work(job, manifest.folder / job.folder, places) for job in todo]
+    if todo:
+        first_compile()  # or every worker would
     with SweepProgress(len(todo)) as progress:
         try:
             for work, state, error in engine.run(works):
