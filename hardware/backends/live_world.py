@@ -48,6 +48,7 @@ class LiveWorld:
         self._buffer = ReorderBuffer(mailbox, clock, reorder_s, LOOK_S)
         self._nose, self._arm, self._mover, self._valve = devices.nose, devices.arm, devices.mover, devices.valve
         self._t_ns, self._open_source, self._last_account_ns = 0, "none", 0
+        self._gas_at_ns, self._asked_ns = 0, 0  # when the last byte of the last gas sample came, and when its span was asked for
         self.began_utc = (datetime.now(UTC) - timedelta(seconds=seconds(clock.now_ns()))).isoformat(timespec="microseconds")
         self.account = LinkAccount([d for d in (devices.nose, devices.arm) if d is not None], devices.mover, mailbox)
 
@@ -106,12 +107,16 @@ class LiveWorld:
                 sample = replace(sample, t_ns=self._t_ns)
             self._t_ns = sample.t_ns
             self.account.delivered(sample)
-            yield sample
             if isinstance(sample, GasSample):
-                latency_s = self._clock.host_s(1e-9 * (self._clock.now_ns() - arrived.at_ns))
-                self.account.latency(latency_s, awaited=arrived.at_ns >= asked_ns)
+                self._gas_at_ns, self._asked_ns = arrived.at_ns, asked_ns
+            yield sample
         self._t_ns = max(self._t_ns, until_ns)
         yield from self._events()
+
+    def believed(self) -> None:
+        """The last gas sample that was yielded has reached the belief."""
+        latency_s = self._clock.host_s(1e-9 * (self._clock.now_ns() - self._gas_at_ns))
+        self.account.latency(latency_s, awaited=self._gas_at_ns >= self._asked_ns)
 
     def _with_last_account(self, action: Callable[[], A]) -> Generator[WorldSample, None, A]:
         """Run an action; if it raises OioError, yield the last account for the log before."""

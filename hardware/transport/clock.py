@@ -59,10 +59,14 @@ class DeviceClock:
     def _reset(self) -> None:
         self._points: deque[tuple[float, float]] = deque(maxlen=BLOCKS)  # (device s, arrival - device s) of least delay per block
         self._wraps, self._last_ms = 0, -1.0
-        self.skew, self._offset_s = 0.0, 0.0
+        self.skew, self._offset_s, self._outdated = 0.0, 0.0, False
 
     def to_world_ns(self, device_ms: float, arrived_ns: int) -> int:
-        """Convert a frame's device time stamp [ms] to world time [ns]: later than the previous one, not later than its arrival."""
+        """Convert a frame's device time stamp [ms] to world time [ns]: later than the previous one, not later than its arrival.
+
+        A frame that is above the line is converted first; what it changes of the line is computed by `settle`, or before the next one.
+        """
+        self.settle()
         if self._last_ms - device_ms > WRAP_MS // 2:
             self._wraps += 1
         device_s = self._device_s(device_ms)
@@ -78,6 +82,11 @@ class DeviceClock:
         self._last_ns = max(min(at_ns, arrived_ns), self._last_ns + 1)
         return self._last_ns
 
+    def settle(self) -> None:
+        """Fit the line to the frames so far, which takes 0.1 ms: when nobody waits for it."""
+        if self._outdated:
+            self._fit()
+
     def _device_s(self, device_ms: float) -> float:
         return 1e-3 * (device_ms + self._wraps * WRAP_MS)
 
@@ -85,16 +94,19 @@ class DeviceClock:
         return self._offset_s + self.skew * device_s
 
     def _add_point(self, device_s: float, offset_s: float) -> None:
+        self._outdated = True
         new_block = not self._points or int(self._points[-1][0] / BLOCK_S) != int(device_s / BLOCK_S)
         if new_block:
             self._points.append((device_s, offset_s))
         elif offset_s < self._points[-1][1]:
             self._points[-1] = device_s, offset_s
         elif offset_s >= self._fitted_offset_s(device_s):
-            return
-        self._fit()
+            self._outdated = False
+        if self._outdated and (len(self._points) == 1 or offset_s < self._fitted_offset_s(device_s)):
+            self._fit()
 
     def _fit(self) -> None:
+        self._outdated = False
         hull = _lower_hull(list(self._points))
         middle = sum(d for d, _ in self._points) / len(self._points)
         a, b = next(((a, b) for a, b in pairwise(hull) if b[0] >= middle), (hull[0], hull[0]))

@@ -53,6 +53,7 @@ class PartialLogFile:
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, _Channel] = {}
         self._t_ns = self._flushed_ns = 0
+        self._due = False
         self._start_ns = start_ns(metadata)
         self._flushed_wall_s = time.monotonic()
         self._journal: list[LogCall] | None = None
@@ -68,22 +69,29 @@ class PartialLogFile:
             self._channels[topic] = _Channel(self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[name]))
         return self._channels[topic]
 
-    def put(self, topic: str, t_ns: int, message: Any) -> None:
-        """Append one message; both its MCAP times are the time of the record, since 1970 if the world has a time of day."""
+    def put(self, topic: str, t_ns: int, message: Any, urgent: bool = False) -> None:
+        """Append one message; both its MCAP times are the time of the record, since 1970 if the world has a time of day.
+
+        `urgent`: somebody waits for what comes of it, so that a chunk that is due then is closed before the next message that is not, or of
+        another time: that takes 2 ms.
+        """
         if self._start_ns:
             shift(message, self._start_ns)
-        self._append(topic, t_ns, type(message), message.SerializeToString())
+        self._append(topic, t_ns, type(message), message.SerializeToString(), urgent)
 
-    def _append(self, topic: str, t_ns: int, kind: Any, data: bytes) -> None:
+    def _append(self, topic: str, t_ns: int, kind: Any, data: bytes, urgent: bool) -> None:
         if self._journal is not None:
-            self._journal.append(partial(PartialLogFile._append, topic=topic, t_ns=t_ns, kind=kind, data=data))
+            self._journal.append(partial(PartialLogFile._append, topic=topic, t_ns=t_ns, kind=kind, data=data, urgent=urgent))
+        if self._due and (not urgent or t_ns > self._t_ns):
+            self._close_chunk()
         channel = self.channel(topic, kind)
         at_ns = self._start_ns + t_ns
         self._writer.add_message(channel.id, at_ns, data, at_ns, channel.sequence)
         channel.sequence += 1
         self._t_ns = max(self._t_ns, t_ns)
-        if self._t_ns - self._flushed_ns >= SECOND_NS:
-            self.flush()
+        self._due = self._t_ns - self._flushed_ns >= SECOND_NS
+        if self._due and not urgent:
+            self._close_chunk()
         elif time.monotonic() - self._flushed_wall_s >= 1.0:
             self._flush_file()
 
@@ -98,10 +106,13 @@ class PartialLogFile:
         """Close the chunk and pass all data to the operating system; returns the file size in bytes."""
         if self._journal is not None:
             self._journal.append(PartialLogFile.flush)
-        self._writer.flush()  # type: ignore[no-untyped-call]
-        self._flushed_ns = self._t_ns
-        self._flush_file()
+        self._close_chunk()
         return self._file.tell()
+
+    def _close_chunk(self) -> None:
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._flushed_ns, self._due = self._t_ns, False
+        self._flush_file()
 
     def _flush_file(self) -> None:
         self._file.flush()

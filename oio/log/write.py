@@ -7,7 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from oio.core.records import SECOND_NS, Array, Belief, Event, FilterEstimate, GasReading, Innovation, Truth, WorldSample, nanoseconds
+from oio.core.records import (
+    SECOND_NS,
+    Array,
+    Belief,
+    Event,
+    FilterEstimate,
+    GasReading,
+    GasSample,
+    Innovation,
+    Truth,
+    WorldSample,
+    nanoseconds,
+)
 from oio.log import encode, schemas
 from oio.log.arm_scene import setup_scene, source_scene, transforms
 from oio.log.entries import ArmFrames, BeliefScene, BelievedNose, Entry, Progress, Setup, StageMark, Watcher
@@ -54,14 +66,14 @@ class RunLog:
 
     def write(self, sample: WorldSample) -> None:
         """Log a world sample."""
-        self._put(sample.t_ns, encode.world_sample(sample, self._sensor, self._joints))
+        self._put(sample.t_ns, encode.world_sample(sample, self._sensor, self._joints), urgent=isinstance(sample, GasSample))
         if isinstance(sample, Truth):
             self._draw_source(sample)
         self._tell(sample)
 
     def reading(self, reading: GasReading) -> None:
         """Log a calibrated reading in ppm."""
-        self._part.put(f"/gas/{self._sensor}/reading", reading.t_ns, encode.gas_reading(reading))
+        self._part.put(f"/gas/{self._sensor}/reading", reading.t_ns, encode.gas_reading(reading), urgent=True)
         self._tell(reading)
 
     def estimate(self, belief: Belief, names: tuple[str, ...], units: tuple[str, ...], every_s: float = 0.0) -> None:
@@ -161,9 +173,9 @@ class RunLog:
         """Log what another log of this kind remembered: the same bytes."""
         self._part.repeat(journal)
 
-    def _put(self, t_ns: int, messages: dict[str, Any]) -> None:
+    def _put(self, t_ns: int, messages: dict[str, Any], urgent: bool = False) -> None:
         for topic, message in messages.items():
-            self._part.put(topic, t_ns, message)
+            self._part.put(topic, t_ns, message, urgent)
 
     def _tell(self, entry: Entry) -> None:
         for watcher in self.watchers:

@@ -116,6 +116,12 @@ class GuardedWorld:
         """Gaps in the stream of gas samples so far."""
         return self._gas.gaps()
 
+    def believed(self) -> None:
+        """Tell the world that the last gas sample has reached the belief: a live one accounts for how long that took."""
+        tell: Callable[[], None] | None = getattr(self._world, "believed", None)
+        if tell is not None:
+            tell()
+
     def guard_account(self) -> GuardAccount | None:
         """What the guard of the arm held it to so far, for the log too; None of a world without an arm that moves."""
         asked: Callable[[], GuardAccount | None] | None = getattr(self._world, "guard_account", None)

@@ -26,7 +26,8 @@ class ClosedLoop:
         context.world.present("source")
         self.odometry = Odometry(settings.ekf, prior, settings.belief_map)
         bouts = settings.bout.detector(settings.bout.window(settings.arm.dof), baselines)
-        self._recorder = MoveRecorder(self.odometry, bouts, WhiffDetector(baselines, prior.model.fall_s), settings.whiff_sigmas)
+        whiffs, believed = WhiffDetector(baselines, prior.model.fall_s), context.world.believed
+        self._recorder = MoveRecorder(self.odometry, bouts, whiffs, settings.whiff_sigmas, believed)
         self.began_ns = context.world.t_ns
         self.maps: list[tuple[int, tuple[Fit, ...]]] = []  # when they were made, and what they found
         self.ends_ns: list[int] = []  # of the moves

@@ -1,5 +1,7 @@
 """Recorder of one search move: sensor data go to the odometry, the bout detector and the whiff detector, and a `Move` is returned."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from oio.core.records import Array, GasReading, Innovation, JointState
@@ -12,8 +14,11 @@ from oio.search.view import Move
 class MoveRecorder:
     """Passes sensor data to all three in the order of time. Missed readings reach the odometry alone, which does not count them."""
 
-    def __init__(self, odometry: Odometry, bouts: Detector, whiffs: WhiffDetector, whiff_sigmas: float) -> None:
+    def __init__(
+        self, odometry: Odometry, bouts: Detector, whiffs: WhiffDetector, whiff_sigmas: float, believed: Callable[[], None]
+    ) -> None:  # fmt: skip
         self._odometry, self._bouts, self._whiffs, self._whiff_sigmas = odometry, bouts, whiffs, whiff_sigmas
+        self._believed = believed  # told of every belief, before anything else is done
         self._bout_flags = [0]
 
     def begin(self) -> None:
@@ -29,6 +34,8 @@ class MoveRecorder:
     def reading(self, reading: GasReading) -> Innovation | None:
         """Process one reading; returns its innovation, None before the first map."""
         innovation = self._odometry.reading(reading)
+        if innovation is not None:
+            self._believed()
         if not reading.missed:
             bout = self._bouts.feed(reading)
             if bout is not None:

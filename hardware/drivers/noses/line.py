@@ -66,6 +66,7 @@ class Line:
         frames = [fields for fields in sentences if fields[0] == talker]
         for fields in frames:
             self._frame(wire, fields, arrived_ns)
+        self._device_clock.settle()
         self._last_frame_ns = arrived_ns if frames else self._last_frame_ns
         silent = arrived_ns - self._last_frame_ns > nanoseconds(SILENT * 1e-3 * self._period_ms)
         if silent and (others := {fields[0] for fields in sentences} - {talker, "ACK", "NAK"}):
