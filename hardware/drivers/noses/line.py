@@ -15,7 +15,7 @@ from oio.core.records import nanoseconds
 INSIST_S = 1.5  # time-out of a command, with its retries
 TURN_S = 0.1  # longest wait for bytes in one poll
 SILENT = 1.5  # periods without a frame, after which the device counts as silent
-EARLY_NS = nanoseconds(0.01)  # tolerance of a stamp before one period after the last: the clock offset is estimated from whole ms
+EARLY_NS = nanoseconds(0.005)  # tolerance of a stamp before one period after the last: the clock offset is estimated from whole ms
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,8 @@ class Line:
         frames = [fields for fields in sentences if fields[0] == talker]
         for fields in frames:
             self._frame(wire, fields, arrived_ns)
-        self._device_clock.settle()
+        if not data:
+            self._device_clock.settle()
         self._last_frame_ns = arrived_ns if frames else self._last_frame_ns
         silent = arrived_ns - self._last_frame_ns > nanoseconds(SILENT * 1e-3 * self._period_ms)
         if silent and (others := {fields[0] for fields in sentences} - {talker, "ACK", "NAK"}):
