@@ -13,6 +13,8 @@ from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from oio.cli.first_compile import first_compile
+
 os.environ.pop("COLUMNS", None)  # readline, which pytest imports, sets it for workers; where it matters a test sets it itself
 hypothesis.settings.register_profile("patient", deadline=None)  # the first call compiles
 hypothesis.settings.load_profile("patient")
@@ -87,3 +89,9 @@ def foreign_models(tmp_path: Path) -> Path:
     (folder / "parts" / "link.obj").write_text(TETRAHEDRON)
     (folder / "four.urdf").write_text(URDF)
     return folder
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile before the first test, and in no test's time."""
+    if not hasattr(session.config, "workerinput"):  # once, before the workers begin
+        first_compile()
