@@ -64,13 +64,13 @@ def _run(given: Asked) -> str:
     """Localise, print and write; returns the word of the verdict."""
     if given.out and given.out.exists():
         raise BadInput(f"{given.out} is there already, and results are never overwritten. Give another name to out=.")
-    first_compile()
     console = Console(stderr=True)
     with console.status("reading the log"):
         log = read_log(given.file, sigma_ppm=None, **given.mapping)
         path = _path(log)
         kept = load_calibration(given.calibration) if given.calibration else None
         setup = kept.setup if kept else _setup(given, path)
+    first_compile()  # after what may be refused
     with console.status("calibrating"):
         calibration = _calibrated(given, setup, log, path) if given.calibrates else kept
     with console.status("localising"):

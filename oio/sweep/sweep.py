@@ -59,17 +59,17 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: St
     _tell_taken(taken, store)
     ended = {}
     works = [Work(job, manifest.folder / job.folder, places) for job in todo]
-    if todo:
-        first_compile()  # or every worker would
-    with SweepProgress(len(todo)) as progress:
-        try:
+    try:
+        if todo:
+            first_compile()  # or every worker would
+        with SweepProgress(len(todo)) as progress:
             for work, state, error in engine.run(works):
                 ended[work.job] = state, error
                 if state == "done" and store is not None:
                     store.keep(work.job, work.out)
                 progress.ended(state)
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(_stopped(manifest, jobs)) from None
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(_stopped(manifest, jobs)) from None
     return [_outcome(manifest, job, ended.get(job)) for job in jobs]
 
 

@@ -52,6 +52,16 @@ def test_a_device_clock_follows_offset_and_skew(skew, seed):
     assert np.max(np.abs(late_s)) < 0.003 and clock.skew == pytest.approx(skew, abs=2e-4)
 
 
+def test_when_the_line_is_fitted_changes_no_stamp():
+    """`settle` only takes work off the next frame."""
+    ms, _, arrived = frames(1200, skew=2e-4)
+    lazy, eager = DeviceClock(), DeviceClock()
+    for m, at_ns in zip(ms.tolist(), arrived.tolist(), strict=True):
+        stamp_ns = eager.to_world_ns(m, at_ns)
+        eager.settle()
+        assert lazy.to_world_ns(m, at_ns) == stamp_ns
+
+
 def test_a_frame_that_a_busy_host_read_late_is_not_late():
     ms, sent_s, arrived = frames(600)
     arrived[400] += 2 * SECOND_NS

@@ -64,3 +64,13 @@ def test_a_folder_that_cannot_be_made_is_refused(folder, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main([str(folder), "--to", "tum", "--out", str(tmp_path / "file" / "out")]) == 2
     assert "cannot be written" in capsys.readouterr().err
+
+
+def test_a_disk_that_is_full_leaves_no_folder_that_looks_complete(folder, tmp_path, capsys, monkeypatch):
+    def half_written(run, out):
+        (out / "estimate.tum").write_text("half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setitem(WRITERS, "tum", half_written)
+    assert main([str(folder), "--to", "tum", "--out", str(tmp_path / "new")]) == 2
+    assert "No space left on device" in capsys.readouterr().err and not list(tmp_path.iterdir())

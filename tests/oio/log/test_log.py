@@ -21,6 +21,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from oio.core.errors import BadInput
 from oio.core.records import SECOND_NS, Belief, Event, GasReading, GasSample, Innovation, JointState, Truth
 from oio.log import BeliefScene, BelievedNose, Entry, Progress, RunLog, StageMark, read_attachment, read_metadata, read_samples
+from oio.log.part_file import PartialLogFile
 from oio.log.plain_json import to_json
 from oio.log.scene import CHI2_95, scene
 
@@ -261,3 +262,22 @@ def test_an_independent_reader_accepts_it(finished: Path) -> None:
     shown = subprocess.run([rerun, "mcap", "info", str(finished)], capture_output=True, text=True, timeout=60, check=True)
     assert "/arm/joint_states" in shown.stdout
     assert "oio.v1.GasSample" in shown.stdout
+
+
+def test_no_chunk_is_closed_while_a_belief_waits_for_its_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Closing takes 2 ms. Gas in whole seconds would meet it every time."""
+    closed_at: list[str] = []
+    now, close = [""], PartialLogFile._close_chunk
+    monkeypatch.setattr(PartialLogFile, "_close_chunk", lambda part: (closed_at.append(now[0]), close(part)))
+    with create(tmp_path / "run.mcap") as log:
+        for i in range(1000):
+            t_ns = i * SECOND_NS // 100
+            now[0] = "joints"
+            log.write(JointState(t_ns, [0.1, 0.2], [0.0, 0.0], [0.0, 0.0]))
+            if i % 50 == 0:
+                now[0] = "gas"
+                log.write(GasSample(t_ns, 0, 1.0))
+                log.reading(GasReading(t_ns, 0, 1.0, 0.1))
+                now[0] = "belief"
+                log.innovation(Innovation(t_ns, [2.0], [[4.0]], gated=False))
+    assert "gas" not in closed_at and len(closed_at) >= 9
