@@ -19,7 +19,7 @@ from oio.core.folders import ROOT
 
 NAMES = ("map", "filter", "world")  # of the pieces, longest first
 LOOK_S = 0.05
-SAYS = "compiling for this computer, once after an install: about half a minute"
+SAYS = "compiling for this computer, once after an install: less than a minute"
 
 
 def first_compile(quiet: bool = False) -> None:
