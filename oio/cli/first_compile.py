@@ -9,12 +9,9 @@ import sys
 import time
 from contextlib import nullcontext, suppress
 
-import llvmlite.binding
-import numba
-
 from oio.cli import terminal
 from oio.core import interrupt
-from oio.core.compiled import cache_folder
+from oio.core.compiled import NUMBA, complete_mark
 from oio.core.folders import ROOT
 
 NAMES = ("map", "filter", "world")  # of the pieces, longest first
@@ -27,21 +24,15 @@ def first_compile(quiet: bool = False) -> None:
 
     Of several processes one does it, the others wait. What fails here is compiled, or fails, where it is used. A stop ends it.
     """
-    folder = cache_folder()
-    done = folder / mark()
-    if done.exists() or numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    done = complete_mark()
+    if done.exists() or NUMBA.DISABLE_JIT:
         return
     told = nullcontext() if quiet else terminal.console(stderr=True).status(SAYS)
-    with suppress(OSError), (folder / "compiling").open("w") as lock, told:  # a cache that cannot be written is none
+    with suppress(OSError), done.with_name("compiling").open("w") as lock, told:  # a cache that cannot be written is none
         _locked(lock.fileno())
         if not done.exists():
             _compile()
             done.touch()
-
-
-def mark() -> str:
-    """Name of the file that says that the cache is filled for this processor, Python and compiler."""
-    return "-".join(("complete", llvmlite.binding.get_host_cpu_name(), str(sys.implementation.cache_tag), numba.__version__))
 
 
 def _locked(file: int) -> None:

@@ -8,11 +8,13 @@ of all sources of the mathematics.
 import functools
 import hashlib
 import os
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 
+import llvmlite.binding
 import numba
 
 from oio.core.folders import ROOT
@@ -54,6 +56,12 @@ def cache_folder() -> Path:
     except OSError:
         pass  # numba says what is wrong when it writes
     return folder
+
+
+def complete_mark() -> Path:
+    """The file, in the cache folder, that says that all is compiled for this processor, Python and compiler."""
+    processor = llvmlite.binding.get_host_cpu_name()
+    return cache_folder() / "-".join(("complete", processor, str(sys.implementation.cache_tag), numba.__version__))
 
 
 def source_hash(root: Path) -> str:

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[3]
 def made(monkeypatch, tmp_path):
     """What was compiled, in an empty cache."""
     done: list[str] = []
-    monkeypatch.setattr(tested, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(tested, "complete_mark", lambda: tmp_path / "complete")
     monkeypatch.setattr(tested, "_compile", lambda: done.append("all"))
     return done
 
@@ -38,13 +38,13 @@ def test_of_two_processes_one_compiles_and_the_other_waits(made, tmp_path):
         waiting.start()
         waiting.join(0.3)
         assert waiting.is_alive()
-        (tmp_path / tested.mark()).touch()
+        (tmp_path / "complete").touch()
     waiting.join(5.0)
     assert not waiting.is_alive() and made == []
 
 
 def test_a_cache_that_cannot_be_written_is_none(made, monkeypatch, tmp_path):
-    monkeypatch.setattr(tested, "cache_folder", lambda: tmp_path / "none")
+    monkeypatch.setattr(tested, "complete_mark", lambda: tmp_path / "none" / "complete")
     tested.first_compile()
     assert made == []
 
@@ -58,7 +58,7 @@ def test_a_stop_ends_the_pieces_and_leaves_it_undone(monkeypatch, tmp_path):
             started.append(self)
             interrupt._asked.append(2)
 
-    monkeypatch.setattr(tested, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(tested, "complete_mark", lambda: tmp_path / "complete")
     monkeypatch.setattr(tested.subprocess, "Popen", Piece)
     monkeypatch.setattr(interrupt, "_asked", [])
     with pytest.raises(KeyboardInterrupt):
