@@ -17,7 +17,7 @@ ONE_SIDED_95 = 1.645
 EXTENT_M = 0.12  # two sources nearer than this may be one extended source
 MARGIN_M = 0.05  # by which a source may lie outside the workspace box of the nose
 EXTENDED = (WORLDS["line"], WORLDS["ring"])
-VAGUE_M = 0.03  # standard deviation of a source above which its shape does not show
+VAGUE_M = 0.03  # standard deviation of a source above which neither its shape shows nor its strength beside another's
 PRIOR_SDS = 3.0  # start values are moved to within so many prior standard deviations: fits that start farther off run out of steps
 
 
@@ -92,13 +92,17 @@ def within_prior(problem: Problem, theta: Array) -> Array:
 
 
 def stronger_first(fit: Fit) -> Fit:
-    """Return the fit with its two sources exchanged if the second is surely the stronger, or, while that is open, the better located."""
+    """Return the fit with its two sources exchanged if the second is likelier to be the stronger.
+
+    While that is open and one of them is vague (VAGUE_M), the better located comes first: little speaks for the strength of the other.
+    """
     if fit.extension.source != TWO:
         return fit
     n = fit.layout.base
-    second = slice(n, n + 3)
-    open_which = abs(_strength_excess(fit)) <= ONE_SIDED_95
-    exchange = np.trace(fit.cov[second, second]) < np.trace(fit.source_cov) if open_which else fit.mean[n + 3] > 0.0
+    second_cov, open_which = fit.cov[n : n + 3, n : n + 3], abs(_strength_excess(fit)) <= ONE_SIDED_95
+    traces = float(np.trace(second_cov)), float(np.trace(fit.source_cov))
+    vague = max(traces) > VAGUE_M**2
+    exchange = traces[0] < traces[1] if open_which and vague else fit.mean[n + 3] > 0.0
     return exchanged(fit) if exchange else fit
 
 

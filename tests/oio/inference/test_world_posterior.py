@@ -113,15 +113,29 @@ def test_the_stronger_source_is_the_source(with_second):
     assert either_source(with_second) == (with_second,)  # by 0.4 +- 0.1
 
 
-def test_while_it_is_open_which_is_stronger_both_are_hypotheses_and_the_better_located_leads(with_second):
-    n = with_second.layout.base
-    cov = np.array(with_second.cov)
-    cov[n + 3, n + 3] = 1.0
-    doubtful = replace(with_second, cov=cov)
-    first, second = either_source(doubtful)
-    assert first is doubtful and second.source == pytest.approx(doubtful.mean[n : n + 3])
+def doubtful(fit, ln_strength, second_sd_m):
+    """The fit while it is open (+- 1) which of its sources is the stronger, the second with this standard deviation on each axis."""
+    n, mean, cov = fit.layout.base, np.array(fit.mean), np.array(fit.cov)
+    mean[n + 3], cov[n + 3, n + 3] = ln_strength, 1.0
+    cov[n : n + 3, n : n + 3] = second_sd_m**2 * np.eye(3)
+    return replace(fit, mean=mean, cov=cov)
+
+
+def test_while_it_is_open_which_is_stronger_both_are_hypotheses(with_second):
+    open_which = doubtful(with_second, -0.4, 0.02)
+    first, second = either_source(open_which)
+    assert first is open_which and second.source == pytest.approx(open_which.mean[open_which.layout.base :][:3])
     assert second.minus_2_log_evidence == pytest.approx(first.minus_2_log_evidence + 4.6)
-    assert np.trace(stronger_first(exchanged(doubtful)).source_cov) <= np.trace(exchanged(stronger_first(doubtful)).source_cov)
+
+
+@pytest.mark.parametrize("ln_strength, second_sd_m, second_leads", [(0.4, 0.01, True), (-0.4, 0.001, False), (0.4, 0.1, False)])
+def test_the_likelier_stronger_leads_unless_it_is_vague(with_second, ln_strength, second_sd_m, second_leads):
+    located = replace(with_second, cov=np.where(np.eye(with_second.layout.size) > 0, 1e-4, 0.0))
+    open_which = doubtful(located, ln_strength, second_sd_m)
+    leads = stronger_first(open_which).source
+    second = open_which.mean[open_which.layout.base :][:3]
+    assert leads == pytest.approx(second if second_leads else open_which.source)
+    assert stronger_first(exchanged(open_which)).source == pytest.approx(leads)
 
 
 def test_an_alternative_may_not_put_the_source_out_of_reach(fitted):
