@@ -168,7 +168,7 @@ def test_every_key_with_every_value(plain, group, name):
 
 
 NEEDED = {"beacon.position": ("calibrate_bouts", "map_beliefs")}  # further stages that read a key
-SCALARS = ("seed", "dof", "assembly", "report", "logging", "calibration", "sensor_serial", "beacon.position", "source.position")
+SCALARS = ("seed", "trials", "dof", "assembly", "report", "logging", "calibration", "sensor_serial", "beacon.position", "source.position")
 
 
 @pytest.mark.parametrize("key", SCALARS)

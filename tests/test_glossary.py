@@ -30,9 +30,10 @@ def rows(section):
 
 RANGED_ELSEWHERE = {
     "`seed`",
+    "`trials`",
     "`table_1.SENSOR.time_s`",
     "`table_1.SENSOR.error_ppm`",
-}  # build() checks the seed, the paper gives the others
+}  # build() checks seed and trials, the paper gives the others
 SYMBOLS, TERMS, KEYS = rows("Symbols"), rows("Terms"), rows("Keys of the configuration")
 NAMED = {name.replace("SENSOR", sensor) for name in (key.strip("`") for key, *_ in KEYS) for sensor in SENSORS}
 

@@ -24,6 +24,8 @@ def simulate(
         raise BadInput(f"backend={words['backend']} was given, but only mujoco is simulated. Type python -m oio.run for another backend.")
     if words.get("logging", "full") != "full":
         raise BadInput(f"logging={words['logging']} was given, but what is returned is read from the log. Leave logging out.")
+    if words.get("trials", 1) != 1:
+        raise BadInput(f"trials={words['trials']} was given, but one run is returned. Leave it out, and call again with another seed.")
     arm, profile = str(words.pop("arm", "so101")), str(words.pop("profile", "paper"))
     with in_one_paragraph():
         setup = Setup(sensor, dof, arm, profile, words)

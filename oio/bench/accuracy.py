@@ -10,11 +10,12 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from oio.bench.arguments import Arguments, read
 from oio.bench.case_summary import Row, rows
-from oio.bench.output_folder import CsvFile, Record, claim_folder, names, write
+from oio.bench.output_folder import claim_folder
 from oio.bench.parallel import run_parallel
 from oio.bench.score import Case, Score, Trial, scored
 from oio.bench.table import show
 from oio.bench.trial import composed_trial, try_trial
+from oio.cli.csv_file import CsvFile, Record, names, write
 from oio.cli.help import choices
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from oio.bench.score import Case, Score
-from oio.bench.statistics import wilson
 from oio.core.records import Array
+from oio.results.statistics import wilson
 from oio.sweep.bootstrap import interval
 
 NAN = float("nan")

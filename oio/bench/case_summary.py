@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.bench.score import Case, Score, Trial
-from oio.bench.statistics import anees_band, rms_ratio, wilson
+from oio.results.statistics import anees_band, rms_ratio, wilson
 from oio.sweep.table_1 import Published
 
 NAN = float("nan")

@@ -8,9 +8,10 @@ from oio.bench.arguments import Arguments, read
 from oio.bench.drift_table import Row, Trials, rows, show
 from oio.bench.drift_trial import SOURCES, Case, Times, try_trial
 from oio.bench.nose_error import NoseErrorSample
-from oio.bench.output_folder import claim_folder, names, write
+from oio.bench.output_folder import claim_folder
 from oio.bench.parallel import run_parallel
 from oio.bench.trial import composed_trial
+from oio.cli.csv_file import names, write
 from oio.core.errors import BadInput
 
 TABLE, TRIALS, FIGURE = "drift.csv", "trials.csv", "drift.png"

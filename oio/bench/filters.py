@@ -8,9 +8,10 @@ from rich.markup import escape
 
 from oio.bench.arguments import Arguments, read
 from oio.bench.filter_workload import Workload, filterpy_alone, first_belief, matrices, model_alone, workload
-from oio.bench.output_folder import claim_folder, names, write
+from oio.bench.output_folder import claim_folder
 from oio.bench.trial import composed_trial
 from oio.cli import terminal
+from oio.cli.csv_file import names, write
 from oio.cli.help import choices
 from oio.cli.table_layout import print_table
 from oio.core.errors import BadInput

@@ -1,15 +1,9 @@
-"""Output folder of a benchmark, never shared with another, and its CSV tables at full precision."""
+"""Output folder of a benchmark, never shared with another."""
 
-import csv
-import dataclasses
 import datetime
-from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 from oio.core.errors import BadInput
-
-Record = Mapping[str, Any]
 
 
 def claim_folder(out: str, command: str, files: tuple[str, ...]) -> Path:
@@ -25,34 +19,3 @@ def claim_folder(out: str, command: str, files: tuple[str, ...]) -> Path:
         given = f"out={out} was given, but no folder can be made there ({error.strerror})"
         raise BadInput(f"{given}. Type e.g. out=outputs/{command}.") from None
     return folder
-
-
-class CsvFile:
-    """CSV file written line by line, so that a killed benchmark keeps its finished trials."""
-
-    def __init__(self, path: Path, fields: Iterable[str]) -> None:
-        self._file = path.open("w", encoding="utf-8", newline="")
-        self._writer = csv.DictWriter(self._file, list(fields), lineterminator="\n")
-        self._writer.writeheader()
-
-    def add(self, record: Record) -> None:
-        """Append one line; a value that is None or missing is left empty."""
-        self._writer.writerow(record)
-        self._file.flush()
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-
-def write(path: Path, fields: Iterable[str], records: Iterable[Record]) -> None:
-    """Write a whole CSV file."""
-    sheet = CsvFile(path, fields)
-    for record in records:
-        sheet.add(record)
-    sheet.close()
-
-
-def names(kind: type) -> list[str]:
-    """Return the field names of a dataclass."""
-    return [field.name for field in dataclasses.fields(kind)]

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from oio.bench.arguments import read
 from oio.bench.boards import BOARDS
-from oio.bench.output_folder import claim_folder, names, write
+from oio.bench.output_folder import claim_folder
 from oio.bench.trial import composed_trial
 from oio.cli import terminal
+from oio.cli.csv_file import names, write
 from oio.cli.table_layout import print_table
 from oio.core.errors import BadInput
 from oio.core.records import Array

@@ -9,14 +9,15 @@ import numpy as np
 from oio.api.setup import in_one_paragraph
 from oio.bench.arguments import read
 from oio.bench.episode import Bench, Episode, made
-from oio.bench.output_folder import CsvFile, claim_folder, names
+from oio.bench.output_folder import claim_folder
 from oio.bench.parallel import run_parallel
-from oio.bench.statistics import wilson
 from oio.bench.trial import composed_trial
 from oio.cli import terminal
+from oio.cli.csv_file import CsvFile, names
 from oio.cli.table_layout import print_table
 from oio.core.errors import OioError
 from oio.results.calibration import Calibration
+from oio.results.statistics import wilson
 from oio.search.closed_loop import ClosedLoop
 from oio.search.loop_settings import LoopSettings
 

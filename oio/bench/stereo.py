@@ -12,11 +12,12 @@ from rich.markup import escape
 
 from oio.bench.arguments import Arguments, read
 from oio.bench.boards import BOARDS, BoardCase, BoardTrial, Row, rows
-from oio.bench.output_folder import CsvFile, Record, claim_folder, names, write
+from oio.bench.output_folder import claim_folder
 from oio.bench.parallel import run_parallel
 from oio.bench.score import Case, Score, scored
 from oio.bench.trial import composed_trial, try_trial
 from oio.cli import terminal
+from oio.cli.csv_file import CsvFile, Record, names, write
 from oio.cli.table_layout import print_table
 from oio.core.errors import BadInput
 

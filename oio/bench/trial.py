@@ -1,27 +1,18 @@
 """One benchmark trial: a whole run as of `python -m oio.run`, but in memory. A process composes each configuration once."""
 
 import functools
-import tempfile
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from oio.cli.build import build
+from oio.cli.build import build, reseeded
 from oio.cli.compose import compose
 from oio.cli.experiment import Experiment
 from oio.cli.hydra_errors import known_error
 from oio.cli.plugins import plugin_packages
+from oio.cli.trials import run_in_memory
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
-from oio.log import MemoryLog
-from oio.results.calibration import Calibration
-from oio.results.evaluation import Evaluation
-from oio.results.summary import summary
-from oio.results.verdict import judge
-from oio.runtime.runner import run_stages
 
 
 @functools.lru_cache(maxsize=32)
@@ -34,14 +25,16 @@ def composed_trial(words: tuple[str, ...]) -> tuple[dict[str, Any], Experiment]:
     built = build(OmegaConf.create(cfg), composed.choices, list(words))
     if built.procedure is not None:
         raise BadInput(f"protocol={built.procedure.name} was given, but a benchmark asks nobody and waits for nothing. Leave it out.")
+    if built.trials > 1:
+        raise BadInput(
+            f"trials={built.trials} was given, but a benchmark has a trial for each of its seeds. Type e.g. seeds=0:{built.trials}."
+        )
     return cfg, built
 
 
 def experiment(words: tuple[str, ...], seed: int) -> Experiment:
-    """Return the experiment for one seed. Seeds reach the backend and the stages' random streams, so only the backend is rebuilt."""
-    cfg, any_seed = composed_trial(words)
-    reseeded = OmegaConf.create({**cfg, "seed": seed})  # Hydra has resolved the first configuration for good, its seed included
-    return replace(any_seed, backend=instantiate(reseeded.backend), identity={**any_seed.identity, "seed": seed})
+    """Return the experiment for one seed."""
+    return reseeded(composed_trial(words)[1], seed)
 
 
 def _plain(cfg: DictConfig) -> dict[Any, Any]:
@@ -53,12 +46,10 @@ def _plain(cfg: DictConfig) -> dict[Any, Any]:
 def run_trial(words: tuple[str, ...], seed: int) -> dict[str, Any]:
     """Return the summary of a run, without its wall-clock time."""
     built = experiment(words, seed)
-    with tempfile.TemporaryDirectory() as folder, built.backend.open() as world:
-        results = run_stages(built.stages, world, built.arm, MemoryLog(), Path(folder), seed, built.sensor.highest_raw)
-    calibration, found = results.get(Calibration), results.get(Evaluation)
-    if not isinstance(calibration, Calibration) or not isinstance(found, Evaluation):
+    document = run_in_memory(built)
+    if document["calibration"] is None or document["calibrated"] is None:
         raise BadInput(f"the stages were {list(built.stages)}, but a benchmark needs 'assemble_qr' and 'evaluate'. Leave stage= out.")
-    return summary(built.identity, calibration, found, judge(results, built.verdict), 0.0)
+    return document
 
 
 def try_trial(words: tuple[str, ...], seed: int) -> tuple[dict[str, Any] | None, str]:

@@ -10,11 +10,12 @@ from rich.markup import escape
 
 from oio.bench.accuracy import TRIALS, plan_cases, run_trials
 from oio.bench.arguments import read
-from oio.bench.output_folder import claim_folder, names, write
+from oio.bench.output_folder import claim_folder
 from oio.bench.score import Score, Trial
-from oio.bench.statistics import wilson
 from oio.cli import terminal
+from oio.cli.csv_file import names, write
 from oio.cli.table_layout import print_table
+from oio.results.statistics import wilson
 
 TABLE, FIGURE, ALL = "worlds.csv", "worlds.png", "all"
 HEADS = (

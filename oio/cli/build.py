@@ -1,5 +1,7 @@
 """From a composed configuration to an experiment: every choice built and checked, all frozen, no I/O."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,9 @@ from oio.cli.unread_keys import refuse_unread
 from oio.core.errors import BadInput
 from oio.procedure.procedure import Procedure
 from oio.results.calibration import Calibration, MapCalibration
+from oio.results.evaluation import Evaluation
 from oio.runtime.runner import Stage, check_order, result_type
+from oio.view.base import NoView
 
 ASSEMBLIES = ("gum", "paper")
 LOGGING = ("full", "summary")
@@ -26,12 +30,19 @@ def build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Exp
     """Build the experiment of a configuration; all frozen, no I/O. Raises BadInput, or what Hydra raises, for anything wrong."""
     plain: Any = OmegaConf.to_container(cfg, resolve=False)  # before Hydra resolves it
     try:
-        return _build(cfg, choices, overrides)
+        return replace(_build(cfg, choices, overrides), plain=plain)
     except InstantiationException as error:
         known = named(error, plain)
         if known is None:
             raise
         raise known from error
+
+
+def reseeded(experiment: Experiment, seed: int) -> Experiment:
+    """Return the experiment for another seed. Seeds reach the backend and the stages' random streams, so only the backend is built anew."""
+    cfg = OmegaConf.create({**experiment.plain, "seed": seed})  # Hydra has resolved the first configuration for good, its seed included
+    backend = instantiate(cfg.backend, _convert_="all")
+    return replace(experiment, backend=backend, identity={**experiment.identity, "seed": seed})
 
 
 def _build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Experiment:
@@ -48,6 +59,7 @@ def _build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Ex
     rungs = [str(rung) for rung in cfg.arm.ladder or (1, 2, 3, "the number of its joints")]
     _whole("dof", cfg.dof, f"a rung of the ladder: {', '.join(rungs)}", rungs[-1] if cfg.arm.ladder else "3")
     _whole("seed", cfg.seed, "a whole number, 0 or more", "0")
+    _whole("trials", cfg.trials, "a whole number, 1 or more", "100", least=1)
     cfg.sensor_serial = _label(cfg.sensor_serial)
     names = {key: choices[key] for key in ("backend", "air", "ekf")}
     plain = {key: cfg[key] for key in ("dof", "assembly", "seed")}
@@ -71,8 +83,11 @@ def _build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Ex
         procedure=procedure_of(cfg, list(stages)),
         config_yaml=OmegaConf.to_yaml(cfg, resolve=True), overrides=overrides, logged=cfg.logging == "full",
         view=_built(cfg.view), beacon_m=None if cfg.beacon.position is None else np.array(cfg.beacon.position, dtype=float),
+        trials=cfg.trials,
     )  # fmt: skip
     check_order(experiment.stages)
+    if experiment.trials > 1:
+        _refuse_trials(experiment, choices)
     return experiment
 
 
@@ -137,7 +152,20 @@ def _check_world(backend: str, overrides: list[str], simulated: bool) -> None:
         raise BadInput(f"{given}. Leave it out, or type backend=mujoco.")
 
 
-def _whole(key: str, value: object, allowed: str, example: str) -> None:
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+def _refuse_trials(experiment: Experiment, choices: Mapping[str, str]) -> None:
+    """Refuse what cannot be repeated with other seeds, or what would show or score nothing."""
+    given = f"trials={experiment.trials} was given"
+    if experiment.identity["world"] is None:
+        raise BadInput(f"{given}, but backend={choices['backend']} is not simulated, and has no other seed. Leave it out.")
+    if experiment.procedure is not None:
+        raise BadInput(f"{given}, but protocol={experiment.procedure.name} asks a person in every run. Leave one of them out.")
+    if not isinstance(experiment.view, NoView):
+        raise BadInput(f"{given}, but view={choices['view']} shows a single run. Leave one of them out.")
+    if not any(result_type(stage) is Evaluation for stage in experiment.stages.values()):
+        raise BadInput(f"{given}, but without the stage 'evaluate' no trial has a result. Leave stage= out.")
+
+
+def _whole(key: str, value: object, allowed: str, example: str, least: int = 0) -> None:
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
         given = "null" if value is None else value
         raise BadInput(f"{key}={given} was given, but {key} is {allowed}. Type e.g. {key}={example}.")

@@ -16,6 +16,7 @@ from oio.cli.reproducible import devices_of, provenance, reproducible
 from oio.cli.run_display import run_display
 from oio.cli.run_folder import STOPPED, SUMMARY, RunFolder, refuse_used, write_whole
 from oio.cli.shared_stages import SharedStages, opened
+from oio.cli.trials import run_trials
 from oio.core import interrupt
 from oio.core.errors import OioError
 from oio.core.interfaces import RealTime, World
@@ -42,11 +43,18 @@ def execute(
 
     `quiet`: without progress in the terminal. `notes`: further files to write, text by name. `shared`: stages of an earlier run that
     need not run again; the results are the same to the last bit.
+    Several trials (`Experiment.trials`) leave no log, but trials.csv.
     A failure leaves its traceback in status.json and is raised again. A directory with a status.json is never written to.
     """
     check_order(experiment.stages)
     refuse_used(out)
     first_compile(quiet)
+    if experiment.trials > 1:
+        with RunFolder(out) as folder, _ended(folder):
+            _write(out, experiment, notes)
+            document = run_trials(experiment, out, quiet)
+            write_whole(out / SUMMARY, to_json(document))
+        return document
     panel = run_display(quiet)
     performed = performance(experiment.procedure, quiet, panel.paused)
     shared = None if performed else shared  # what a person did for one run, nobody did for another
@@ -57,29 +65,40 @@ def execute(
         experiment.view.open() as viewer,
         _said(opened(experiment, begun), quiet) as world,
         RunFolder(out) as folder,  # a refusal leaves no directory behind
+        _ended(folder),
         panel as shown,
     ):
         watchers = [watcher for watcher in (viewer, shown) if watcher is not None]
-        for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
-            (out / name).write_text(text, encoding="utf-8")
-        try:
-            results, verdict = _stages(experiment, world, out, watchers, performed, begun, keep)
-            document = _summary(experiment, results, verdict, performed, time.monotonic() - began, reproducible(devices_of(world)))
-            _keep_baseline(experiment, results, verdict, out / "calibration.yaml")
-            write_whole(out / SUMMARY, to_json(document))
-        except BaseException as error:
-            if isinstance(error, KeyboardInterrupt) or interrupt.asked():
-                folder.status("interrupted", STOPPED)
-                raise KeyboardInterrupt from error
-            if isinstance(error, OSError) and error.errno in FULL:
-                full = disk_full(error, out)
-                with suppress(OSError):  # it may not take this either
-                    folder.status("failed", str(full))
-                raise full from error
-            folder.status("failed", str(error) if isinstance(error, OioError) else repr(error), traceback.format_exc())
-            raise
-        folder.status("done")
+        _write(out, experiment, notes)
+        results, verdict = _stages(experiment, world, out, watchers, performed, begun, keep)
+        document = _summary(experiment, results, verdict, performed, time.monotonic() - began, reproducible(devices_of(world)))
+        _keep_baseline(experiment, results, verdict, out / "calibration.yaml")
+        write_whole(out / SUMMARY, to_json(document))
     return document
+
+
+def _write(out: Path, experiment: Experiment, notes: Mapping[str, str] | None) -> None:
+    for name, text in {"config.yaml": experiment.config_yaml, **(notes or {})}.items():
+        (out / name).write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def _ended(folder: RunFolder) -> Iterator[None]:
+    """Write how the block ended to status.json; a stop is raised as KeyboardInterrupt."""
+    try:
+        yield
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt) or interrupt.asked():
+            folder.status("interrupted", STOPPED)
+            raise KeyboardInterrupt(*error.args if isinstance(error, KeyboardInterrupt) else ()) from error
+        if isinstance(error, OSError) and error.errno in FULL:
+            full = disk_full(error, folder.path)
+            with suppress(OSError):  # it may not take this either
+                folder.status("failed", str(full))
+            raise full from error
+        folder.status("failed", str(error) if isinstance(error, OioError) else repr(error), traceback.format_exc())
+        raise
+    folder.status("done")
 
 
 @contextmanager

@@ -35,6 +35,10 @@ class Experiment:
     procedure: Procedure | None = None  # the protocol of a laboratory
     logged: bool = True  # to run.mcap; else nothing of the run is kept but its numbers
     beacon_m: Array | None = None  # (3,) in frame base, where it is known
+    trials: int = 1  # whole runs in memory, which differ in their seeds
+    plain: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # the configuration before interpolation, from which it is built for another seed
     view: View = field(default_factory=NoView)
 
     @property

@@ -25,6 +25,7 @@ from oio.cli.plugins import plugin_packages, search_path, without_search_path
 from oio.cli.replay_overrides import replayed
 from oio.cli.run_folder import state_of, write_status
 from oio.cli.sweep_check import refuse_bad_choices
+from oio.cli.trials_table import show_trials
 from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.core.folders import CONF, ROOT
@@ -44,7 +45,10 @@ def job(cfg: DictConfig) -> dict[str, Any]:
             FAILED.append(error)  # raised through Hydra it would be printed twice
         return {}
     if not sweeping:
-        show_summary(document, f"log, calibration and numbers are in {out}")
+        if cfg.trials > 1:
+            show_trials(document, f"trials.csv and numbers are in {out}")
+        else:
+            show_summary(document, f"log, calibration and numbers are in {out}")
         VERDICTS.append(document["verdict"])
         if cfg.report and (out / "run.mcap").is_file():
             TO_REPORT.append(out)

@@ -75,7 +75,7 @@ def _why(folder: Path) -> str:
     if (folder / "run.mcap.part").is_file():
         return f"The run was cut off: type python -m oio.recover {folder / 'run.mcap.part'}"
     if (folder / "summary.json").is_file():
-        return "It was made with logging=summary: run it again with logging=full."
+        return "It was made with logging=summary, or is of several trials: run it again with logging=full trials=1."
     return "Give the folder of a run, e.g. python -m oio.report outputs/DATE/TIME_ec_5dof"
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from rich.markup import escape
 
 from oio.cli import terminal
+from oio.cli.counted import in_words
 from oio.cli.table_layout import print_table
 from oio.sweep.compare import compare
 from oio.sweep.group_table import group_table
 from oio.sweep.manifest import Manifest, is_running
-from oio.sweep.progress import in_words
 from oio.sweep.rate import seconds_left
 from oio.sweep.records import error_of, records, shown_error
 from oio.sweep.row_display import show_rows

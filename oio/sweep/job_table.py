@@ -38,12 +38,17 @@ def _cells(outcome: Outcome) -> list[str]:
     if s is None:
         return [name, "", "", outcome.state, *[""] * 8]
     cold, calibrated = (_missed(s[key]) for key in ("cold", "calibrated"))
-    inside = {True: "yes", False: "no", None: "-"}[s["calibrated"]["inside_95"] if s["calibrated"] else None]
+    inside = _yes_or_share(s["calibrated"]["inside_95"] if s["calibrated"] else None)
     calibration = s["calibration"] or {"time_s": None, "u_a_ppm": None}
     return [
         name, s["sensor"], s["air"], outcome.state, str(s["dof"]), str(s["seed"]), cold, calibrated, inside,
         number(calibration["time_s"], 1.0, 0), number(calibration["u_a_ppm"], 1.0, 2), number(s["wall_s"], 1.0),
     ]  # fmt: skip
+
+
+def _yes_or_share(inside: bool | float | None) -> str:
+    """Yes or no of one run, the share of several trials."""
+    return {True: "yes", False: "no", None: "-"}[inside] if inside is None or isinstance(inside, bool) else f"{100 * inside:.0f} %"
 
 
 def _missed(outcome: Mapping[str, Any] | None) -> str:

@@ -10,6 +10,7 @@ NOT_KEPT = ("schema", "wall_s", "reasons", "criteria", "verdicts")
 RESULTS = (  # keys of summary.json that are results
     "job", "source_position_m", "calibration", "cold", "cold_open", "calibrated", "calibrated_paper_assembly", "dead_reckoning", "bound_m",
     "bound_ratio", "posterior_bound_m", "posterior_bound_ratio", "verdict", "scored", "reproducible", "protocol", "simulated_s",
+    "distribution",
 )  # fmt: skip
 Record = dict[str, Any]
 

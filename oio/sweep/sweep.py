@@ -8,13 +8,13 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from oio.cli.counted import Counted, in_words
 from oio.cli.first_compile import first_compile
 from oio.core import interrupt
 from oio.core.errors import BadInput
 from oio.sweep.attempts import set_aside
 from oio.sweep.engine import Engine
 from oio.sweep.manifest import Job, Manifest, Outcome
-from oio.sweep.progress import SweepProgress, in_words
 from oio.sweep.store import Store
 from oio.sweep.worker import Work
 
@@ -62,7 +62,7 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: St
     try:
         if todo:
             first_compile()  # or every worker would
-        with SweepProgress(len(todo)) as progress:
+        with Counted(len(todo)) as progress:
             for work, state, error in engine.run(works):
                 ended[work.job] = state, error
                 if state == "done" and store is not None:
@@ -123,7 +123,11 @@ def _refuse_full_disk(folder: Path, todo: Sequence[Job]) -> None:
 
 
 def _bytes(todo: Sequence[Job]) -> int:
-    return sum(BYTES_PER_JOB["summary" if "logging=summary" in job.words else "full"] for job in todo)
+    return sum(BYTES_PER_JOB["full" if _leaves_log(job.words) else "summary"] for job in todo)
+
+
+def _leaves_log(words: Sequence[str]) -> bool:
+    return "logging=summary" not in words and not any(word.startswith("trials=") and word != "trials=1" for word in words)
 
 
 def _tell_cost(manifest: Manifest, todo: Sequence[Job], before: Sequence[Outcome]) -> None:

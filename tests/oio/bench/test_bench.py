@@ -17,13 +17,13 @@ from oio.bench.arguments import defaults, read
 from oio.bench.case_summary import Row, rows
 from oio.bench.parallel import run_parallel
 from oio.bench.score import Case, Score, Trial, scored
-from oio.bench.statistics import anees_band, rms_ratio, wilson
 from oio.bench.trial import composed_trial, experiment, run_trial, try_trial
 from oio.cli.build import build
 from oio.cli.execute import execute
 from oio.core.errors import BadInput
 from oio.core.records import Event, GasSample
 from oio.log import MemoryLog, Progress, StageMark
+from oio.results.statistics import anees_band, rms_ratio, wilson
 from oio.sweep.table_1 import Published
 
 SHORT = (

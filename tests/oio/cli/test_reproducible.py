@@ -1,6 +1,7 @@
 """A run is called reproducible only if its code is a commit, its packages are the lock's and its devices said who they are."""
 
 import json
+import os
 import subprocess
 from importlib import metadata
 
@@ -74,12 +75,12 @@ def tree(tmp_path, monkeypatch):
     monkeypatch.setattr(git_state, "ROOT", tmp_path)
 
     def fresh():
-        git_state.uncommitted.cache_clear()
+        git_state._entries.cache_clear()
         git_state.commit.cache_clear()
         return git_state.uncommitted()
 
     yield tmp_path, fresh
-    git_state.uncommitted.cache_clear()
+    git_state._entries.cache_clear()
     git_state.commit.cache_clear()
 
 
@@ -92,6 +93,16 @@ def test_changed_files_and_new_code_make_a_tree_dirty_and_notes_do_not(tree):
     assert fresh() == ("oio/b.py",)
     (folder / "oio" / "a.py").write_text("3")
     assert fresh() == ("oio/a.py", "oio/b.py") and git_state.commit().endswith("-dirty")
+
+
+def test_asking_writes_nothing_to_the_repository(tree):
+    """A run that is killed while it asks would leave a lock there, and nobody could commit."""
+    folder, fresh = tree
+    os.utime(folder / "oio" / "a.py", (1, 1))  # git would refresh its index
+    index = folder / ".git" / "index"
+    before = index.stat().st_mtime_ns, index.read_bytes()
+    assert fresh() == () and not git_state.commit().endswith("-dirty")
+    assert (index.stat().st_mtime_ns, index.read_bytes()) == before
 
 
 def test_the_block_is_in_the_summary_and_in_the_log(clean, tmp_path):

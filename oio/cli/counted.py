@@ -1,4 +1,4 @@
-"""Progress of a sweep on stderr: a bar with the time left in a terminal, else a line now and then."""
+"""Progress of jobs or trials on stderr: a bar with the time left in a terminal, else a line now and then."""
 
 import sys
 import time
@@ -14,7 +14,7 @@ LINE_S = 30.0  # between two lines where there is no terminal
 
 
 class TimeLeft(ProgressColumn):
-    """The time that is left, by the mean over all jobs that have ended. (Rich's own looks back for 30 s, and jobs may take longer.)"""
+    """The time that is left, by the mean over all that have ended. (Rich's own looks back for 30 s, and jobs may take longer.)"""
 
     def __init__(self) -> None:
         super().__init__(Column(no_wrap=True))  # the bar gives way
@@ -34,19 +34,19 @@ class TimeLeft(ProgressColumn):
         return Text(f"about {in_words(self.left_s)} left" if self.left_s else "", style="progress.remaining")
 
 
-class SweepProgress:
-    """Counts jobs as they end."""
+class Counted:
+    """Counts `what` (jobs, trials) as they end; `quiet`: silently."""
 
-    def __init__(self, jobs: int) -> None:
+    def __init__(self, jobs: int, what: str = "jobs", quiet: bool = False) -> None:
         self._left = TimeLeft()
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), self._left
-        self._terminal = terminal.may_move()
+        self._terminal, self._what, self._quiet = terminal.may_move() and not quiet, what, quiet
         self._bar = Progress(*columns, console=terminal.console(stderr=True), disable=not self._terminal)
-        self._task = self._bar.add_task("jobs", total=jobs)
+        self._task = self._bar.add_task(what, total=jobs)
         self._jobs, self._ended, self._failed = jobs, 0, 0
         self._began = self._told = time.monotonic()  # of the display alone
 
-    def __enter__(self) -> "SweepProgress":
+    def __enter__(self) -> "Counted":
         self._bar.start()
         return self
 
@@ -54,16 +54,16 @@ class SweepProgress:
         self._bar.stop()
 
     def ended(self, state: str) -> None:
-        """Count a job that ended in this state."""
+        """Count one that ended in this state."""
         self._ended += 1
         self._failed += state != "done"
         failed = f", {self._failed} failed" if self._failed else ""
         now = time.monotonic()
         self._left.ended(now - self._began, self._ended, self._jobs)
-        self._bar.update(self._task, completed=self._ended, description=f"jobs{failed}")
-        if not self._terminal and now - self._told > LINE_S:
+        self._bar.update(self._task, completed=self._ended, description=f"{self._what}{failed}")
+        if not self._terminal and not self._quiet and now - self._told > LINE_S:
             self._told = now
-            sys.stderr.write(f"{self._ended} of {self._jobs} jobs have ended{failed}, about {in_words(self._left.left_s)} left\n")
+            sys.stderr.write(f"{self._ended} of {self._jobs} {self._what} have ended{failed}, about {in_words(self._left.left_s)} left\n")
 
 
 def in_words(seconds: float) -> str:
