@@ -41,9 +41,15 @@ def _cells(outcome: Outcome) -> list[str]:
     inside = _yes_or_share(s["calibrated"]["inside_95"] if s["calibrated"] else None)
     calibration = s["calibration"] or {"time_s": None, "u_a_ppm": None}
     return [
-        name, s["sensor"], s["air"], outcome.state, str(s["dof"]), str(s["seed"]), cold, calibrated, inside,
+        name, s["sensor"], s["air"], outcome.state, str(s["dof"]), _seeds(s), cold, calibrated, inside,
         number(calibration["time_s"], 1.0, 0), number(calibration["u_a_ppm"], 1.0, 2), number(s["wall_s"], 1.0),
     ]  # fmt: skip
+
+
+def _seeds(summary: Mapping[str, Any]) -> str:
+    """The seed of a run, or the first and the last of several trials."""
+    trials = summary.get("distribution", {}).get("trials", 1)
+    return str(summary["seed"]) if trials == 1 else f"{summary['seed']} to {summary['seed'] + trials - 1}"
 
 
 def _yes_or_share(inside: bool | float | None) -> str:
