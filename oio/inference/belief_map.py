@@ -19,7 +19,7 @@ from oio.inference.residual_test import Candidate, residual_test, split_half, wi
 from oio.inference.sampling import halton
 from oio.inference.source_strength import clip_strength, mirror_start, readings_without_source, weighted_signal
 from oio.inference.trilateration import linear_source
-from oio.inference.world_posterior import distinct, fit_alternatives, hypotheses, within_prior
+from oio.inference.world_posterior import distinct, fit_alternatives, hypotheses, into_box, plausible, within_prior
 
 
 @settings
@@ -63,11 +63,12 @@ class BeliefMap:
             return (replace(kept[0], residuals=residual_test(problem, kept[0])), *kept[1:])
         everything = thorough or residual_test(problem, kept[0]).overdispersion > self.suspect_overdispersion
         chosen = None if everything else {fit.world for fit in before}
-        alternatives = fit_alternatives(self.alternatives, problem, kept[0], before, chosen)
+        alternatives = fit_alternatives(self.alternatives, problem, into_box(problem, kept[0]), before, chosen)
         worlds = [[Candidate(problem, fit) for fit in kept], *alternatives]
         candidates = [
             c for world in worlds for c in with_raised_noise(distinct(world, self._apart_m, self.keep_chi2), self.raise_min_evidence)
         ]
+        candidates = [c for c in candidates if plausible(c.problem, c.fit)] or candidates
         best = min(candidates, key=lambda c: c.fit.minus_2_log_evidence)
         residuals = residual_test(best.problem, best.fit)
         if thorough:
@@ -81,11 +82,12 @@ class BeliefMap:
         return self.min_separation_m / 2
 
     def _as_calibrated(self, problem: Problem, known: Prior, before: tuple[Fit, ...]) -> tuple[Fit, ...]:
-        """Hypotheses in the world that calibration saw."""
+        """Hypotheses in the world that calibration saw; those out of reach (`plausible`) only if there are no others."""
         noise = known.model.fluctuation
         found = [solve(problem, start, noise) for start in self._starts(problem, known, before)]
         mirror = mirror_start(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
         fits = sorted([*found, solve(problem, clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
+        fits = [fit for fit in fits if plausible(problem, fit)] or fits
         kept: list[Fit] = []
         for fit in fits:
             distinct = all(np.linalg.norm(fit.source - other.source) > self.min_separation_m / 2 for other in kept)

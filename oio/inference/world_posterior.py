@@ -151,9 +151,19 @@ def either_source(fit: Fit) -> tuple[Fit, ...]:
 
 
 def plausible(problem: Problem, fit: Fit) -> bool:
-    """Whether the source lies in the workspace box, or near it (MARGIN_M): an alternative may move it no farther."""
+    """Whether the source lies in the workspace box, or near it (MARGIN_M), which is where it is by definition; one or two joints cannot
+    tell."""
+    if problem.arm.dof < 3:
+        return True
     low, high = np.array(problem.arm.box_low_m) - MARGIN_M, np.array(problem.arm.box_high_m) + MARGIN_M
     return bool(np.all(fit.source >= low) and np.all(fit.source <= high))
+
+
+def into_box(problem: Problem, fit: Fit) -> Fit:
+    """Return a fit with its source moved to the nearest point of the workspace box, as a start for others."""
+    mean = np.array(fit.mean)
+    mean[SOURCE] = np.clip(mean[SOURCE], problem.arm.box_low_m, problem.arm.box_high_m)
+    return replace(fit, mean=mean) if not plausible(problem, fit) else fit
 
 
 def hypotheses(fits: Iterable[Fit], keep: float, separation_m: float, temper: float) -> tuple[Fit, ...]:

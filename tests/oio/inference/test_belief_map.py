@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from oio.core.errors import BadInput
 from oio.inference import belief_map as belief_map_module
 from oio.inference.belief_map import search_problem
-from oio.inference.map_fit import Fit, solve
+from oio.inference.map_fit import CALIBRATED, Fit, solve
 from oio.inference.range_spheres import range_spheres
 from oio.inference.source_strength import fit_strength, mirror_start, readings_without_source
 
@@ -67,6 +67,29 @@ def test_differenced_spheres_find_what_coarse_places_miss(lab, built):
     """More often than not: the linear solution is biased."""
     grid_points = replace(built("belief_map"), points_per_shell=0)
     assert 2 * sum(finds(grid_points, *narrow(lab, dof, seed)) for dof, seed in MISSED) > len(MISSED)
+
+
+def out_of_reach(fit):
+    """The fit with its source metres away, and likelier by far."""
+    return replace(fit, mean=np.concatenate([[9.0, -9.0, 9.0], fit.mean[3:]]), chi2=fit.chi2 - 1e3, minus_2_log_evidence=-1e9)
+
+
+def test_a_fit_out_of_reach_is_no_answer_while_there_is_another(lab, built, monkeypatch):
+    """A background that drifts looks like a strong source a metre away; before, it was believed, and the search went there."""
+    made, sniffs, best = narrow(lab, 3, 3)
+    near = [solve(search_problem(sniffs, made.known), best.mean, made.model.fluctuation)]
+    monkeypatch.setattr(belief_map_module, "solve", lambda *given: near.pop() if near else out_of_reach(solve(*given)))
+    found = built("belief_map").as_calibrated.locate(sniffs, made.known)
+    assert len(found) == 1 and found[0].source == pytest.approx(best.source, abs=1e-3)
+
+
+def test_where_every_calibrated_fit_is_out_of_reach_another_world_answers(lab, built, monkeypatch):
+    made, sniffs, _ = narrow(lab, 3, 3)
+    monkeypatch.setattr(belief_map_module, "solve", lambda *given: out_of_reach(solve(*given)))
+    belief_map = built("belief_map")
+    assert all(fit.source[0] == 9.0 for fit in belief_map.as_calibrated.locate(sniffs, made.known))  # there is none
+    found = belief_map.locate(sniffs, made.known)
+    assert all(fit.world != CALIBRATED and np.all(np.abs(fit.source) < 1.0) for fit in found)
 
 
 def test_a_linear_start_out_of_the_box_is_brought_into_it(lab, built, monkeypatch):
