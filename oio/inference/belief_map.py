@@ -68,8 +68,10 @@ class BeliefMap:
         candidates = [
             c for world in worlds for c in with_raised_noise(distinct(world, self._apart_m, self.keep_chi2), self.raise_min_evidence)
         ]
-        candidates = [c for c in candidates if plausible(c.problem, c.fit)] or candidates
         best = min(candidates, key=lambda c: c.fit.minus_2_log_evidence)
+        if not plausible(best.problem, best.fit):
+            candidates = [c for c in candidates if plausible(c.problem, c.fit)] or candidates
+            best = min(candidates, key=lambda c: c.fit.minus_2_log_evidence)
         residuals = residual_test(best.problem, best.fit)
         if thorough:
             residuals = replace(residuals, halves=split_half(best.problem, best.fit))
@@ -82,12 +84,13 @@ class BeliefMap:
         return self.min_separation_m / 2
 
     def _as_calibrated(self, problem: Problem, known: Prior, before: tuple[Fit, ...]) -> tuple[Fit, ...]:
-        """Hypotheses in the world that calibration saw; those out of reach (`plausible`) only if there are no others."""
+        """Hypotheses in the world that calibration saw. The best is out of reach (`plausible`) only if all are."""
         noise = known.model.fluctuation
         found = [solve(problem, start, noise) for start in self._starts(problem, known, before)]
         mirror = mirror_start(problem, min(found, key=lambda fit: fit.chi2).mean, noise.gamma)
         fits = sorted([*found, solve(problem, clip_strength(problem, mirror), noise)], key=lambda fit: fit.chi2)
-        fits = [fit for fit in fits if plausible(problem, fit)] or fits
+        if not plausible(problem, fits[0]):
+            fits = [fit for fit in fits if plausible(problem, fit)] or fits
         kept: list[Fit] = []
         for fit in fits:
             distinct = all(np.linalg.norm(fit.source - other.source) > self.min_separation_m / 2 for other in kept)
