@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from oio.cli.build import reseeded
-from oio.cli.counted import Counted
+from oio.cli.count_progress import CountProgress
 from oio.cli.csv_file import CsvFile
 from oio.cli.experiment import Experiment
 from oio.cli.hydra_errors import known_error
@@ -18,8 +18,8 @@ from oio.core.folders import CONF
 from oio.log import MemoryLog
 from oio.results.calibration import Calibration
 from oio.results.evaluation import Evaluation
-from oio.results.many_trials import OUTCOMES, summary_of_trials
 from oio.results.summary import summary
+from oio.results.trials_summary import OUTCOMES, summary_of_trials
 from oio.results.verdict import judge
 from oio.runtime.runner import run_stages
 
@@ -41,7 +41,7 @@ def run_trials(experiment: Experiment, out: Path, quiet: bool) -> dict[str, Any]
     documents, failed = list[dict[str, Any]](), dict[int, str]()
     sheet = CsvFile(out / TABLE, COLUMNS)
     try:
-        with Counted(len(seeds), "trials", quiet) as progress:
+        with CountProgress(len(seeds), "trials", quiet) as progress:
             for seed in seeds:
                 try:
                     document = run_in_memory(reseeded(experiment, seed))

@@ -7,8 +7,7 @@ from oio.cli import terminal
 from oio.cli.console import OUTCOMES, number
 from oio.cli.hanging_text import print_hanging
 from oio.cli.table_layout import print_table
-
-WORDS = ("PASS", "WARN", "FAIL")
+from oio.results.criteria.judgement import PASS, WORDS
 
 
 def show_trials(document: Mapping[str, Any], where: str) -> None:
@@ -27,8 +26,8 @@ def show_trials(document: Mapping[str, Any], where: str) -> None:
     verdicts = ", ".join(f"{word} {told['verdicts'][word]}" for word in WORDS if word in told["verdicts"])
     scored = ", ".join(f"{word} {count}" for word, count in told["scored"].items())
     print_hanging(console, "verdicts ", f"{verdicts}; scored against the truth: {scored}; PASS but wrong: {told['pass_but_wrong']}")
-    doubted = {name: counts for name, counts in told["criteria"].items() if set(counts) != {"PASS"}}
-    for name, counts in sorted(doubted.items(), key=lambda item: item[1].get("PASS", 0)):
+    doubted = {name: counts for name, counts in told["criteria"].items() if set(counts) != {PASS}}
+    for name, counts in sorted(doubted.items(), key=lambda item: item[1].get(PASS, 0)):
         print_hanging(console, "  - ", f"{name}: {', '.join(f'{word} {counts[word]}' for word in WORDS if word in counts)}")
     for seed, reason in told["failed"].items():
         print_hanging(console, f"seed {seed} failed: ", reason)

@@ -161,9 +161,11 @@ def plausible(problem: Problem, fit: Fit) -> bool:
 
 def into_box(problem: Problem, fit: Fit) -> Fit:
     """Return a fit with its source moved to the nearest point of the workspace box, as a start for others."""
+    if plausible(problem, fit):
+        return fit
     mean = np.array(fit.mean)
     mean[SOURCE] = np.clip(mean[SOURCE], problem.arm.box_low_m, problem.arm.box_high_m)
-    return replace(fit, mean=mean) if not plausible(problem, fit) else fit
+    return replace(fit, mean=mean)
 
 
 def hypotheses(fits: Iterable[Fit], keep: float, separation_m: float, temper: float) -> tuple[Fit, ...]:

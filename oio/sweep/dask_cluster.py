@@ -53,8 +53,8 @@ class DaskCluster:
         version = version_of_everything(folders_of(works[0].places))
         with self._client() as client:
             ended: queue.Queue[Any] = queue.Queue()
-            jobs, places, given = zip(*((work.job, work.places, version) for work in works), strict=True)
-            made = client.map(run_elsewhere, jobs, places, given, collect=self.collect, pure=False)
+            told = {"places": works[0].places, "version": version, "collect": self.collect}
+            made = client.map(run_elsewhere, [work.job for work in works], **told, pure=False)
             futures = {future.key: (future, work) for future, work in zip(made, works, strict=True)}
             for future in made:
                 future.add_done_callback(ended.put)

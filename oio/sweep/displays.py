@@ -8,7 +8,7 @@ import numpy as np
 from rich.markup import escape
 
 from oio.cli import terminal
-from oio.cli.counted import in_words
+from oio.cli.count_progress import in_words
 from oio.cli.table_layout import print_table
 from oio.sweep.compare import compare
 from oio.sweep.group_table import group_table

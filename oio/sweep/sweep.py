@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from oio.cli.counted import Counted, in_words
+from oio.cli.count_progress import CountProgress, in_words
 from oio.cli.first_compile import first_compile
 from oio.core import interrupt
 from oio.core.errors import BadInput
@@ -62,7 +62,7 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: St
     try:
         if todo:
             first_compile()  # or every worker would
-        with Counted(len(todo)) as progress:
+        with CountProgress(len(todo)) as progress:
             for work, state, error in engine.run(works):
                 ended[work.job] = state, error
                 if state == "done" and store is not None:

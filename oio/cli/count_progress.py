@@ -34,7 +34,7 @@ class TimeLeft(ProgressColumn):
         return Text(f"about {in_words(self.left_s)} left" if self.left_s else "", style="progress.remaining")
 
 
-class Counted:
+class CountProgress:
     """Counts `what` (jobs, trials) as they end; `quiet`: silently."""
 
     def __init__(self, jobs: int, what: str = "jobs", quiet: bool = False) -> None:
@@ -46,7 +46,7 @@ class Counted:
         self._jobs, self._ended, self._failed = jobs, 0, 0
         self._began = self._told = time.monotonic()  # of the display alone
 
-    def __enter__(self) -> "Counted":
+    def __enter__(self) -> "CountProgress":
         self._bar.start()
         return self
 

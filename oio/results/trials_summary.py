@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from oio.core.records import Array
+from oio.results.criteria.judgement import PASS, WORDS
 from oio.results.statistics import anees_band, wilson
 
 OUTCOMES = ("cold", "cold_open", "calibrated", "calibrated_paper_assembly")
-WORDS = ("FAIL", "WARN", "PASS")  # worst first
-RIGHT, WRONG = "RIGHT", "WRONG"
+WRONG = "WRONG"  # of `Scored`
 Document = Mapping[str, Any]
 
 
@@ -26,7 +26,7 @@ def summary_of_trials(identity: Document, documents: Sequence[Document], seeds: 
     return {
         **_typical(documents),
         **identity,
-        "verdict": max(WORDS, key=lambda word: verdicts.get(word, 0)),
+        "verdict": max(reversed(WORDS), key=lambda word: verdicts.get(word, 0)),
         "verdicts": {},
         "reasons": [f"{len(documents)} trials: {_told(verdicts)}."],
         "criteria": [],
@@ -38,7 +38,7 @@ def summary_of_trials(identity: Document, documents: Sequence[Document], seeds: 
             "outcomes": {key: _outcomes([d[key] for d in documents]) for key in OUTCOMES if all(d.get(key) for d in documents)},
             "verdicts": verdicts,
             "scored": _counts([document["scored"]["word"] for document in documents if document["scored"]]),
-            "pass_but_wrong": sum(d["verdict"] == "PASS" and bool(d["scored"]) and d["scored"]["word"] == WRONG for d in documents),
+            "pass_but_wrong": sum(d["verdict"] == PASS and bool(d["scored"]) and d["scored"]["word"] == WRONG for d in documents),
             "criteria": _criteria(documents),
         },
     }
@@ -49,7 +49,7 @@ def _counts(words: Sequence[str]) -> dict[str, int]:
 
 
 def _told(counts: Mapping[str, int]) -> str:
-    return ", ".join(f"{counts[word]} {word}" for word in reversed(WORDS) if word in counts)
+    return ", ".join(f"{counts[word]} {word}" for word in WORDS if word in counts)
 
 
 def _criteria(documents: Sequence[Document]) -> dict[str, dict[str, int]]:

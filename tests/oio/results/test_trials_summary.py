@@ -2,7 +2,7 @@
 
 import pytest
 
-from oio.results.many_trials import summary_of_trials
+from oio.results.trials_summary import summary_of_trials
 
 IDENTITY = {"sensor": "ec", "seed": 7, "dof": 5}
 

@@ -4,9 +4,9 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from oio.cli import counted as progress
+from oio.cli import count_progress as progress
 from oio.cli import terminal
-from oio.cli.counted import Counted
+from oio.cli.count_progress import CountProgress
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def test_the_time_left_is_that_of_the_mean_job_and_runs_down(clock, monkeypatch,
     shown = Console(force_terminal=True, width=width, color_system=None, record=True)
     monkeypatch.setattr(terminal, "may_move", lambda: True)
     monkeypatch.setattr(terminal, "console", lambda **_: shown)
-    with Counted(10) as sweep:
+    with CountProgress(10) as sweep:
         for after_s, state, told in (
             (100.0, "done", "about 15 min left"),
             (100.0, "failed", "about 13 min left"),
@@ -37,7 +37,7 @@ def test_the_time_left_is_that_of_the_mean_job_and_runs_down(clock, monkeypatch,
 
 
 def test_without_a_terminal_there_is_a_line_every_half_minute(clock, capsys):
-    with Counted(4) as sweep:
+    with CountProgress(4) as sweep:
         for after_s in (20.0, 20.0, 20.0, 20.0):
             clock[0] += after_s
             sweep.ended("done")
