@@ -187,6 +187,14 @@ def test_an_older_file_does_not_say_how_strong_its_gas_was(built, made, tmp_path
     assert loaded(built, tmp_path / "old.yaml", tmp_path).highest_ppm is None
 
 
+def test_an_older_file_knows_no_sway(built, made, tmp_path):
+    document = yaml.safe_load(made[1].read_text())
+    assert document["fit"]["fluctuation"]["sway"] == document["range_law"]["sway"]["value"] > 0.0
+    del document["range_law"]["sway"], document["fit"]["fluctuation"]["sway"], document["fit"]["fluctuation"]["sway_s"]
+    (tmp_path / "old.yaml").write_text(yaml.safe_dump(document))
+    assert loaded(built, tmp_path / "old.yaml", tmp_path).chosen.model.fluctuation.sway == 0.0
+
+
 def test_every_missing_key_is_named(built, made, tmp_path):
     document = yaml.safe_load(made[1].read_text())
     for name in ("schema", "holds_for", "fit", "assemblies", "baselines", "totals", "verdict", "paper_values", "made"):

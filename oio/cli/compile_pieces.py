@@ -5,6 +5,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -81,7 +82,11 @@ def compile_map() -> None:
     """The belief map: grid, fits, and worlds that calibration did not see."""
     example = Example()
     example.feed(0.0, FOR_S)
-    example.part("belief_map").locate(example.odometry.trace.as_arrays(), example.odometry.prior)
+    prior = example.odometry.prior
+    swaying = replace(prior, model=replace(prior.model, fluctuation=replace(prior.model.fluctuation, sway=0.1)))
+    readings, belief_map = example.odometry.trace.as_arrays(), example.part("belief_map")
+    belief_map.as_calibrated.locate(readings, prior)
+    belief_map.locate(readings, swaying)
 
 
 def compile_world() -> None:

@@ -20,8 +20,9 @@ from oio.results.calibration_entries import SECTIONS, CalibrationEntries
 from oio.results.quantity import Quantity
 
 RARE = 2.0 * float(ndtr(-3.0))  # 3 standard deviations of a normal distribution, two-sided
-# What follows from others or from the same residuals: shown, but it decides nothing. gamma and eddy are the likeliest of a list.
-FOLLOWS = ("sensor.element_0.gain", "sensor.tau_fall", "sensor.error", "range_law.gamma", "range_law.eddy", "type_a.", "type_b.")
+# What follows from others or from the same residuals: shown, but it decides nothing. gamma, eddy and sway are the likeliest of a list.
+_OF_NOISE = "range_law.gamma", "range_law.eddy", "range_law.sway"
+FOLLOWS = ("sensor.element_0.gain", "sensor.tau_fall", "sensor.error", *_OF_NOISE, "type_a.", "type_b.")
 _SECTION_OF_FACT = {"air": "range_law", "air form": "range_law"}  # other facts always decide
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.fluctuation import lagged_ou_cross, lagged_ou_steps
-from oio.gas.range_law import EXPONENT, LAW, concentration
+from oio.gas.fluctuation import lagged_ou_cross, lagged_ou_steps, with_sway
+from oio.gas.range_law import EXPONENT, KX, KY, KZ, LAW, concentration
 from oio.gas.source_shape import MOST, against_nose, field_of_shape
 from oio.inference.step_constants import GasConstants
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
@@ -81,8 +81,10 @@ def _field_at_place(
             speed2 += velocity * velocity
         by_jitter, by_discrepancy = theta[EXPONENT] * gas.nose_jitter_m / r, gas.model_discrepancy * np.log(r / gas.r_ref_m)
         amplitude[i] = c[i] * np.sqrt(rarity + (by_jitter * by_jitter + by_discrepancy * by_discrepancy) / (gas.gamma * gas.gamma))
+        wind2 = grad[i, KX] * grad[i, KX] + grad[i, KY] * grad[i, KY] + grad[i, KZ] * grad[i, KZ]
+        of_sway = c[i] * gas.sway / (gas.gamma * r) * np.sqrt(wind2)
+        amplitude[i], t[i] = with_sway(amplitude[i], r / (gas.r_ref_m / gas.t_s + np.sqrt(speed2)), of_sway, gas.sway_s)
         tau[i] = gas.rise_s if c[i] + amplitude[i] * x[i, relative] > x[i, lagged] else gas.fall_s
-        t[i] = r / (gas.r_ref_m / gas.t_s + np.sqrt(speed2))
         numbers[0, i], numbers[1, i], numbers[2, i], numbers[3, i] = tau[i], t[i], amplitude[i], r
     return c, grad, by_nose, lagged_ou_steps(np.full(k, dt), tau, t, amplitude, gas.gamma * gas.gamma)
 

@@ -1,10 +1,15 @@
 """Concentration fluctuation about the mean field: coloured noise, an Ornstein-Uhlenbeck process through the sensor's lag.
 
-The concentration at the nose is c (1 + h m): m is an Ornstein-Uhlenbeck process of variance gamma^2 and correlation time
+The concentration at the nose is c (1 + h m + g.q). m is an Ornstein-Uhlenbeck process of variance gamma^2 and correlation time
 r / (r_ref / T + v), because an eddy as wide as the plume passes with the gas's own speed plus the speed v of the nose.
 h^2 = I + (n u_p / gamma r)^2 + (w ln(r / r_ref) / gamma)^2:  I is the rarity (intermittency) of the plume (a plume that is present a
 fraction p of the time has variance mean^2 (1/p - 1)); u_p is the nose jitter, the short-term uncertainty of the nose position (backlash),
 which matters more near the source; w is the model discrepancy of a real plume from the range law per e-fold of distance.
+
+q (3) is the sway of the whole plume (Gifford 1959, Adv. Geophys. 6:117): too strong on one side of the source, it is too weak on the other,
+so a nose that moves about the source does not see independent errors. Its components are Ornstein-Uhlenbeck processes of one standard
+deviation and correlation time, the same at every place; g = (d ln c / d k) / r, with the wind k of the range law, is in still air the unit
+vector from the source. Where a model has no states for q, it is part of m: variances add, and rates are weighted with them.
 
 At two places, d apart, the two m have the correlation exp(-d / r): what a move of the nose over d leaves of the correlation in time.
 
@@ -23,26 +28,35 @@ from oio.core.records import Array
 
 @dataclass(frozen=True, slots=True)
 class Fluctuation:
-    """Noise parameters: `scale`, white-noise variance over the sensor's nominal one; gamma and t_s (at r_ref) of the fluctuation."""
+    """Noise parameters: `scale`, white-noise variance over the sensor's nominal one; gamma and t_s (at r_ref) of the fluctuation; standard
+    deviation and correlation time of each component of the sway."""
 
     scale: float
     gamma: float
     t_s: float
+    sway: float = 0.0
+    sway_s: float = 6.0
 
     def height(self, field: "MeanField") -> Array:
-        """Amplitude h (k,) of the fluctuation in a field, in units of gamma."""
-        jitter, discrepancy = field.slope_m / field.r_m, field.model_discrepancy * np.log(field.r_m / field.r_ref_m)
-        return np.asarray(np.sqrt(field.rarity + (jitter**2 + discrepancy**2) / self.gamma**2))
+        """Amplitude (k,) of the fluctuation in a field, sway included, in units of gamma."""
+        return np.asarray(np.sqrt(sum(self._squares(field))))
 
     def rate(self, field: "MeanField") -> Array:
-        """Inverse correlation time (k,) [1/s] of the fluctuation in a field."""
-        return np.asarray((field.r_ref_m / self.t_s + field.speed_m_s) / field.r_m)
+        """Inverse correlation time (k,) [1/s] of the fluctuation in a field, sway included."""
+        eddies, sway = self._squares(field)
+        rate = (field.r_ref_m / self.t_s + field.speed_m_s) / field.r_m
+        return np.asarray((eddies * rate + sway / self.sway_s) / (eddies + sway))
+
+    def _squares(self, field: "MeanField") -> tuple[Array, Array]:
+        jitter, discrepancy = field.slope_m / field.r_m, field.model_discrepancy * np.log(field.r_m / field.r_ref_m)
+        sway = np.sum(np.square(field.by_wind_m), axis=1) * (self.sway / (self.gamma * field.r_m)) ** 2
+        return np.asarray(field.rarity + (jitter**2 + discrepancy**2) / self.gamma**2), np.asarray(sway)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeanField:
     """Mean concentration field at the nose: concentration (k,) [ppm], rarity I (k,), distance r (k,) [m], speed v of the nose (k,) [m/s];
-    n u_p [m], w, and r_ref [m]."""
+    n u_p [m], w, and r_ref [m]; d ln c / d k (k, 3) [m]."""
 
     mean_ppm: Array
     rarity: Array
@@ -51,6 +65,7 @@ class MeanField:
     slope_m: float
     model_discrepancy: float
     r_ref_m: float
+    by_wind_m: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,3 +149,12 @@ def fluctuation_ppm(mean: float, rarity: float, r: float, slope: float, w: float
     """Amplitude c h of the fluctuation [ppm], see `Fluctuation.height`."""
     jitter, discrepancy = slope / r, w * np.log(r / r_ref)
     return float(mean * np.sqrt(rarity + (jitter * jitter + discrepancy * discrepancy) / (gamma * gamma)))
+
+
+@compiled
+def with_sway(amplitude: float, t: float, of_sway: float, sway_s: float) -> tuple[float, float]:
+    """Amplitude and correlation time [s] of a fluctuation that includes a sway of amplitude `of_sway` (both over gamma)."""
+    eddies, sway = amplitude * amplitude, of_sway * of_sway
+    if sway == 0.0:
+        return amplitude, t
+    return float(np.sqrt(eddies + sway)), (eddies + sway) / (eddies / t + sway / sway_s)

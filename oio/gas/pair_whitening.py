@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.fluctuation import Fluctuation, MeanField, PathField, fluctuation_ppm, lagged_ou_cross, lagged_ou_step
+from oio.gas.fluctuation import Fluctuation, MeanField, PathField, fluctuation_ppm, lagged_ou_cross, lagged_ou_step, with_sway
 
 STEP = 16  # numbers of a step: six of `lagged_ou_step` for either place, four of `lagged_ou_cross`
 
@@ -21,7 +21,7 @@ class PairWhitening:
         self._along, self._variance, second = along, noise.gamma**2, along.second
         one, other = _path(along.field, along.tau_s), _path(second.field, second.tau_s)
         f = along.field
-        numbers = (f.slope_m, f.model_discrepancy, f.r_ref_m, noise.gamma, noise.t_s)
+        numbers = (f.slope_m, f.model_discrepancy, f.r_ref_m, noise.gamma, noise.t_s, noise.sway, noise.sway_s)
         self._steps = _pair_path(one, other, along.dt_s, second.spacing_m, numbers)
         self._place = second.is_second.astype(np.int64)
         self._rho = float(np.exp(-2.0 * second.spacing_m / (f.r_m[0] + second.field.r_m[0])))
@@ -33,19 +33,22 @@ class PairWhitening:
 
 
 def _path(f: MeanField, tau_s: Array) -> Array:
-    return np.stack([f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, tau_s])
+    return np.stack([f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, tau_s, np.sqrt(np.sum(np.square(f.by_wind_m), axis=1))])
 
 
 @compiled
-def _pair_path(one: Array, other: Array, dt: Array, spacing: float, numbers: tuple[float, float, float, float, float]) -> Array:
-    """Steps (k, STEP) of a path; `one`, `other` (5, k): mean, rarity, r, speed and tau at either place."""
-    slope, w, r_ref, gamma, t_s = numbers
+def _pair_path(
+    one: Array, other: Array, dt: Array, spacing: float, numbers: tuple[float, float, float, float, float, float, float]
+) -> Array:
+    """Steps (k, STEP) of a path; `one`, `other` (6, k): mean, rarity, r, speed, tau and |d ln c / d k| at either place."""
+    slope, w, r_ref, gamma, t_s, sway, sway_s = numbers
     variance = gamma * gamma
     out, tau, t, swing = np.empty((len(dt), STEP)), np.empty(2), np.empty(2), np.empty(2)
     for i in range(len(dt)):
         for e in range(2):
-            mean, rarity, r, speed, tau[e] = (one if e == 0 else other)[:, i]
-            swing[e], t[e] = fluctuation_ppm(mean, rarity, r, slope, w, r_ref, gamma), r / (r_ref / t_s + speed)
+            mean, rarity, r, speed, tau[e], by_wind = (one if e == 0 else other)[:, i]
+            amplitude, eddy_s = fluctuation_ppm(mean, rarity, r, slope, w, r_ref, gamma), r / (r_ref / t_s + speed)
+            swing[e], t[e] = with_sway(amplitude, eddy_s, mean * sway * by_wind / (gamma * r), sway_s)
             step = out[i, 6 * e : 6 * e + 6]
             lagged_ou_step(np.exp(-dt[i] / tau[e]), np.exp(-dt[i] / t[e]), dt[i], tau[e], t[e], swing[e], variance, step)
         rho = np.exp(-2.0 * spacing / (one[2, i] + other[2, i]))

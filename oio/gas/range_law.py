@@ -85,9 +85,9 @@ class RangeLaw:
             (nose_jitter_m < self.typical_nose_jitter_m) + (model_discrepancy < self.typical_model_discrepancy)
         )
 
-    def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float) -> MeanField:
+    def field(self, c: Array, rarity: Array, r: Array, speed_m_s: Array, exponent: float, by_wind_m: Array) -> MeanField:
         """Return the mean field in the form that the fluctuation model takes."""
-        return MeanField(c, rarity, r, speed_m_s, exponent * self.nose_jitter_m, self.model_discrepancy, self.r_ref_m)
+        return MeanField(c, rarity, r, speed_m_s, exponent * self.nose_jitter_m, self.model_discrepancy, self.r_ref_m, by_wind_m)
 
 
 @compiled

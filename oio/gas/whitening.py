@@ -13,6 +13,7 @@ from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import Fluctuation, PathField, fluctuation_ppm, lagged_ou_step
 from oio.gas.pair_whitening import PairWhitening
+from oio.gas.sway_whitening import sway_filter, sway_height, sway_steps
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,18 +43,22 @@ class Whitening:
             return
         f = along.field
         numbers = (f.slope_m, f.model_discrepancy, f.r_ref_m, noise.gamma, noise.t_s)
-        self._steps = _lagged_ou_path(f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s, numbers)
+        self._steps = lagged_ou_path(f.mean_ppm, f.rarity, f.r_m, f.speed_m_s, along.dt_s, along.tau_s, numbers)
+        self._sway = (sway_steps(along.dt_s, along.tau_s, noise.sway, noise.sway_s), sway_height(f)) if noise.sway > 0.0 else None
 
     def of(self, rows: Array, variance_ppm2: Array) -> Whitened:
         """Whiten rows (m, p) [ppm] of readings with nominal variance (m,) [ppm^2]."""
         white, along, noise = self._noise.scale * variance_ppm2, self._along, self._noise
         if self._pair is not None:
             return Whitened(*self._pair.of(np.ascontiguousarray(rows), white))
+        if self._sway is not None:
+            variances = noise.gamma**2, noise.sway**2
+            return Whitened(*sway_filter(np.ascontiguousarray(rows), along.at, self._steps, *self._sway, variances, along.gain, white))
         return Whitened(*whitening_filter(np.ascontiguousarray(rows), along.at, self._steps, noise.gamma**2, along.gain, white))
 
 
 @compiled
-def _lagged_ou_path(
+def lagged_ou_path(
     mean: Array, rarity: Array, r: Array, speed: Array, dt: Array, tau: Array, numbers: tuple[float, float, float, float, float]
 ) -> Array:
     """`lagged_ou_steps` of a field, with `height` and `rate` of its fluctuation."""

@@ -13,11 +13,13 @@ from oio.inference.forward_model import ParameterLayout, Problem
 from oio.inference.likelihoods import fit_fluctuation, minus_2_log_likelihoods
 from oio.inference.map_fit import Fit, solve
 from oio.inference.model_selection import HELD_BY_FORM, hold_parameters, law_form, lowest_bic
+from oio.inference.noise_evidence import likeliest_sway, linearised
 from oio.inference.prior import Nominal, nominal_prior
 from oio.kinematics.arm import Arm
 
 INITIAL_GAMMA = 0.3  # initial gamma: too large costs a little precision, too small makes the fit follow eddies
 MAX_ALTERNATIONS = 4  # maximum number of alternations between fit and noise estimation
+SWAY_ALTERNATIONS = 2  # between the sway's evidence and the fit
 WINDS = 6  # wind directions tried as starts besides still air: the likelihood of the wind is multimodal
 
 
@@ -52,7 +54,8 @@ def fit_beacon(problem: Problem, noise_scale: float, like: Fit | None = None) ->
         return _alternate(hold_parameters(problem, law_form(like)), noise_scale, like)
     forms = tuple(HELD_BY_FORM) if problem.law.form == "evidence" else (problem.law.form,)
     problems = [hold_parameters(problem, form) for form in forms]
-    return lowest_bic((p, _alternate(p, noise_scale, _best_start(p, noise_scale))) for p in problems)
+    best = lowest_bic((p, _alternate(p, noise_scale, _best_start(p, noise_scale))) for p in problems)
+    return _with_sway(replace(hold_parameters(problem, law_form(best)), law=best.law), best)
 
 
 def _best_start(problem: Problem, noise_scale: float) -> Fit:
@@ -67,7 +70,7 @@ def _alternate(problem: Problem, noise_scale: float, fit: Fit) -> Fit:
         problem = replace(problem, law=fit.law)
         expected = problem.predict(fit.mean)
         residual = problem.residual(fit.mean, expected.ppm)
-        noise = fit_fluctuation(residual, expected.along, noise_scale)
+        noise = fit_fluctuation(residual, expected.along, replace(fit.fluctuation, scale=noise_scale))
         law = _fit_discrepancy(problem, noise, residual, expected.along)
         if noise == fit.fluctuation and law == fit.law:
             break
@@ -84,9 +87,23 @@ def _fit_discrepancy(problem: Problem, noise: Fluctuation, residual: Array, alon
     law = problem.law
     choices = [(jitter_m, w) for jitter_m in law.nose_jitter_choices_m for w in law.model_discrepancy_choices]
     shapes = [(along.field.slope_m / law.nose_jitter_m * jitter_m, w, noise.gamma) for jitter_m, w in choices]
-    costs = minus_2_log_likelihoods(residual, along, noise.scale, shapes, np.array([noise.t_s]))[:, 0]
+    costs = minus_2_log_likelihoods(residual, along, noise, shapes, np.array([noise.t_s]))[:, 0]
     jitter_m, w = choices[int(np.argmin(costs + [law.calm_penalty(jitter_m, w) for jitter_m, w in choices]))]
     return replace(law, nose_jitter_m=jitter_m, model_discrepancy=w)
+
+
+def _with_sway(problem: Problem, fit: Fit) -> Fit:
+    """Fit with the sway of the plume, of the root mean square strength over its posterior, and with eddies that suit it.
+
+    A few minutes of a plume hold few sways, and a fit of all joints follows them: their strength is found by its evidence, in which the
+    posterior of all parameters is integrated out, and not by the likelihood of residuals.
+    """
+    for _ in range(SWAY_ALTERNATIONS):
+        along, columns, prior_u = linearised(problem, fit.mean)
+        if along.second is not None:
+            return fit  # the filter of two places has no states for it
+        fit = solve(problem, fit.mean, likeliest_sway(columns, prior_u, along, fit.fluctuation))
+    return fit
 
 
 def _wind_starts(problem: Problem) -> list[Array]:

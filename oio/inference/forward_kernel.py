@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from oio.core.compiled import compiled
 from oio.core.records import Array
-from oio.gas.range_law import LAW, SX, SY, SZ, concentration_at
+from oio.gas.range_law import KX, KY, KZ, LAW, SX, SY, SZ, concentration_at
 from oio.gas.source_shape import against_nose
 from oio.inference.extension_kernel import Knots, LawScale, extended_field, knot_weights, law_at, parameters_of_law
 from oio.kinematics.adjoint import BLOCK, ROWS, AdjointChain, forward_positions, gradient_by_joints
@@ -39,7 +39,7 @@ class ExpectedPath(NamedTuple):
     ppm: Array  # (m,), predicted readings without offsets
     rows: Array  # (m, P), their Jacobian by theta, including the offsets; (0, P) if not requested
     gain: Array  # (m,), gain of each reading's element
-    along: Array  # (6, k): c [ppm], rarity, r [m], speed of the nose [m/s], dt [s], tau [s]
+    along: Array  # (9, k): c [ppm], rarity, r [m], speed of the nose [m/s], dt [s], tau [s], derivative of ln c by the wind (3) [m]
     lagged_ppm: float  # lagged concentration at the end of the path
 
 
@@ -55,7 +55,7 @@ def predict_readings(
     size = len(theta) - of_field - of_background  # without the extension
     elements = (size - width - 1) // 2
     gains, offsets, factor = np.exp(theta[width : width + elements]), theta[width + elements + 1 : size], np.exp(theta[width + elements])
-    h, rows, gain, along = np.empty(m), np.zeros((m if want_rows else 0, len(theta))), np.empty(m), np.empty((6, k))
+    h, rows, gain, along = np.empty(m), np.zeros((m if want_rows else 0, len(theta))), np.empty(m), np.empty((9, k))
     grad = np.empty((k if want_rows else BLOCK, LAW + n + of_field))
     _field_along_path(theta, t, q, chain, law, (knots, size), along, grad, want_rows)
     e, begin = element[0], at[0]
@@ -148,6 +148,7 @@ def _field_along_path(
                 )
                 for a in range(3):
                     gradient[a, b] = against_nose(knots.source, row, row[LAW + n :], a)
+            along[6, i], along[7, i], along[8, i] = row[KX], row[KY], row[KZ]
             along[3, i] = np.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2) / max(dt, 1e-9)
             along[4, i] = dt
             x0, y0, z0 = x, y, z

@@ -116,8 +116,8 @@ class Problem:
         return Prediction(ppm, places.rows, float(forward.lagged_ppm), along, places.lagged_ppm_at)
 
     def _field(self, theta: Array, forward: ExpectedPath) -> MeanField:
-        c, rarity, r, speed, _, _ = forward.along
-        return self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]))
+        c, rarity, r, speed = forward.along[:4]
+        return self.law.field(c, rarity, r, speed, float(theta[self.layout.exponent]), forward.along[6:].T)
 
     def nose(self, theta: Array) -> Array:
         """Nose positions (k, 3) [m] along the path at theta; of two places of the elements, the middle."""

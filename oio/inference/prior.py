@@ -105,7 +105,8 @@ def calibrated_prior(fit: Fit, arm: Arm, process_noise: ProcessNoise, nominal: N
     same sensor in the same air.
     """
     inflation_sd = float(np.sqrt(noise.inflation))
-    gas = replace(fit.fluctuation, scale=noise.inflation * fit.fluctuation.scale, gamma=inflation_sd * fit.fluctuation.gamma)
+    was = fit.fluctuation
+    gas = replace(was, scale=noise.inflation * was.scale, gamma=inflation_sd * was.gamma, sway=inflation_sd * was.sway)
     jitter_m = min(inflation_sd * fit.law.nose_jitter_m, MAX_NOSE_JITTER_M)
     law = replace(fit.law, model_discrepancy=min(inflation_sd * fit.law.model_discrepancy, MAX_DISCREPANCY), nose_jitter_m=jitter_m)
     mean, cov = reset_source(fit.mean, noise.inflation * fit.cov, arm, fit.law)

@@ -71,13 +71,13 @@ def with_raised_noise(minima: list[Candidate], min_evidence: float) -> list[Cand
     residual = problem.residual(fit.mean, expected.ppm)
     choices = [(gamma, w) for gamma in RAISED for w in DISCREPANCIES]
     shapes = [(expected.along.field.slope_m, w * law.model_discrepancy, gamma * noise.gamma) for gamma, w in choices]
-    costs = minus_2_log_likelihoods(residual, expected.along, noise.scale, shapes, noise.t_s * np.array(SLOWER))
+    costs = minus_2_log_likelihoods(residual, expected.along, noise, shapes, noise.t_s * np.array(SLOWER))
     i, j = np.unravel_index(int(np.argmin(costs)), costs.shape)
     if costs[0, 0] - costs[i, j] < min_evidence:
         return minima
     gamma, w = choices[i]
     wider = replace(problem, law=replace(law, model_discrepancy=min(w * law.model_discrepancy, MAX_DISCREPANCY)))
-    raised = Fluctuation(noise.scale, gamma * noise.gamma, SLOWER[j] * noise.t_s)
+    raised = replace(noise, gamma=gamma * noise.gamma, t_s=SLOWER[j] * noise.t_s)
     return [Candidate(wider, _again(wider, minimum.fit, raised)) for minimum in minima]
 
 

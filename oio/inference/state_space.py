@@ -13,7 +13,7 @@ import numpy as np
 
 from oio.core.records import Array, Belief, GasReading, JointState
 from oio.gas.fluctuation import Fluctuation, lagged_ou_cross, lagged_ou_steps
-from oio.gas.range_law import EXPONENT, LAW, SOURCE, RangeLaw, concentration
+from oio.gas.range_law import EXPONENT, LAW, SOURCE, WIND, RangeLaw, concentration
 from oio.gas.source_shape import MOST, POINT_SOURCE, SourceShape, against_nose, field_of_shape
 from oio.inference.map_fit import Fit
 from oio.inference.process_noise import ProcessNoise
@@ -93,7 +93,7 @@ class StateSpace(StateVector):
             scale, first, by_shape = (self.law.r_ref_m, self.law.radius_m), (c[0], r[0], rarity[0]), np.empty(MOST)
             c[0], r[0], rarity[0] = field_of_shape(tuple(p), x[s : s + LAW], self.shape, scale, first, grad[0], by_shape)
             by_nose = np.array([against_nose(self.shape.kind, grad[0], by_shape, a) for a in range(3)])
-        field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + EXPONENT]))
+        field = self.law.field(c, rarity, r, self._speed(jac, joints), float(x[s + EXPONENT]), grad[:, WIND])
         amplitude = c * fl.height(field)
         tau = np.array([self.rise_s if c[0] + amplitude[0] * x[m] > x[i] else self.fall_s])
         step = lagged_ou_steps(np.array([dt_s]), tau, 1.0 / fl.rate(field), amplitude, fl.gamma**2)[0]
@@ -147,7 +147,7 @@ class StateSpace(StateVector):
         gas = GasConstants(
             law.r_ref_m, law.radius_m, self.rise_s, self.fall_s, fl.gamma, fl.t_s, law.nose_jitter_m, law.model_discrepancy,
             self.process_noise.rest_speed_rad_s, np.array([chain.offset for chain in self.arm.element_chains[: self.places]]),
-            self.arm.spacing_m, self.shape,
+            self.arm.spacing_m, fl.sway, fl.sway_s, self.shape,
         )  # fmt: skip
         drift = float(np.radians(self.process_noise.drift_deg_s2_sqrt_s)) ** 2
         return StepConstants(gas, np.array([per_step, self.process_noise_diagonal(1.0) - per_step]), drift)

@@ -20,6 +20,8 @@ class GasConstants(NamedTuple):
     rest_speed_rad_s: float
     places_m: Array  # (P, 3), distinct places of the elements in the frame of the last joint
     spacing_m: float  # between two
+    sway: float
+    sway_s: float
     shape: SourceShape = POINT_SOURCE
 
 

@@ -13,6 +13,7 @@ WORDS = {
     "range law": "how the mean concentration falls with distance from a source, and how wind bends it",
     "thinning": "faster fall with distance of a plume that is young, or is lost to the room",
     "gamma, eddy": "relative strength of the gas's fluctuation, and how long it lasts",
+    "sway": "how much the plume as a whole leans to one side or another, for seconds, over its mean",
     "innovation": "a reading minus what the filter expected; NIS is its square over its variance, 1 on average if the filter is right",
     "NEES": "squared error over its variance: about 3 for a place if the covariance is right, above 7.8 in one run of twenty",
     "Q and R": "how much the filter lets its state wander, and how much noise it expects of a reading",

@@ -20,7 +20,7 @@ REQUIRED = SECTIONS[:3]
 HOLDS_FOR = ("sensor", "serial", "arm", "profile", "air")  # names of the choices that a file holds for, where it says so
 QUANTITIES = frozenset((
     "baseline", "gain", "R_white", "tau_rise", "tau_fall", "delay", "error",
-    "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "offset", "drift", "u_a", "rms",
+    "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "sway", "offset", "drift", "u_a", "rms",
 ))  # fmt: skip
 _LOOKS_LIKE_ONE = frozenset(("value", "u", "unit"))
 _EXAMPLE = "Give the calibration.yaml of a run, or its folder, e.g. outputs/2026-01-31/12-00-00."

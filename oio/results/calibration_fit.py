@@ -41,6 +41,8 @@ def fit_entries(
                 "scale": float(fit.fluctuation.scale),
                 "gamma": float(fit.fluctuation.gamma),
                 "t_s": float(fit.fluctuation.t_s),
+                "sway": float(fit.fluctuation.sway),
+                "sway_s": float(fit.fluctuation.sway_s),
             },
             "law": {name: float(getattr(fit.law, name)) for name in (*FIXED, *FITTED)},
             "delay": {"s": float(found.delay.s), "u_s": float(found.delay.u_s)},

@@ -78,6 +78,7 @@ def range_law_entries(calibration: Calibration, found: MapCalibration) -> Entry:
         "thinning": fitted.entry(lay.thinning, mean[lay.thinning], "1/m"),
         "gamma": entry(fit.fluctuation.gamma, fit.fluctuation.gamma / np.sqrt(2 * max(n, 1)), "1", n, "A"),
         "eddy": entry(fit.fluctuation.t_s, fit.fluctuation.t_s / np.sqrt(max(n, 1)), "s", n, "A"),
+        "sway": entry(fit.fluctuation.sway, fit.fluctuation.sway / np.sqrt(2 * max(n, 1)), "1", n, "A"),
     }
 
 

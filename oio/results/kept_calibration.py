@@ -136,9 +136,16 @@ def _fit(read: Fields, arm: Arm, elements: int, law: RangeLaw) -> Fit:
             raise BadInput(f"{made}, but this run has {getattr(law, key):g}. Type range_law.{key}={fitted.number(key):g}.")
     return Fit(
         layout, read.numbers("mean", layout.size), read.covariance("cov", layout.size), np.inf, 0.0,
-        Fluctuation(noise.number("scale", 1e-12), noise.number("gamma", 0.0), noise.number("t_s", 1e-9)), read.whole("readings"),
+        _fluctuation(noise), read.whole("readings"),
         replace(law, nose_jitter_m=fitted.number("nose_jitter_m", 0.0), model_discrepancy=fitted.number("model_discrepancy", 0.0)),
     )  # fmt: skip
+
+
+def _fluctuation(noise: Fields) -> Fluctuation:
+    found = Fluctuation(noise.number("scale", 1e-12), noise.number("gamma", 0.0), noise.number("t_s", 1e-9))
+    if "sway" not in noise.names:
+        return found  # a calibration by a version that knew none
+    return replace(found, sway=noise.number("sway", 0.0), sway_s=noise.number("sway_s", 1e-9))
 
 
 def _read_noise(assembly: str, read: Fields) -> Noise:

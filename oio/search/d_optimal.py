@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from oio.core.records import Array
 from oio.core.settings import Within, settings
-from oio.gas.range_law import LAW, SOURCE, concentration
+from oio.gas.range_law import LAW, SOURCE, WIND, concentration
 from oio.search.exploration import explore
 from oio.search.view import View
 
@@ -93,7 +93,7 @@ def expected_information(view: View, candidates: Array) -> Array:
     at, s = model.at, model.at["s"].start
     p, jac = model.arm.nose_jacobian(candidates - x[at["o"]])
     c, grad, r, rarity = concentration(p, x[s : s + LAW], model.law.r_ref_m, model.law.radius_m)
-    variance = _variance(view, c, r, rarity)
+    variance = _variance(view, c, r, rarity, grad[:, WIND])
     rows = np.zeros((len(candidates), model.size))
     rows[:, s : s + LAW] = grad
     rows[:, at["o"]] = np.einsum("ij,ijk->ik", grad[:, SOURCE], jac)
@@ -119,7 +119,7 @@ def _information_of_pair(view: View, candidates: Array) -> Array:
     rows = np.zeros((len(candidates), 2, model.size))
     rows[:, :, s : s + LAW] = np.stack([grad for _, grad, _, _ in fields], axis=1)
     rows[:, :, at["o"]] = np.einsum("kea,ekaj->kej", rows[:, :, s + SOURCE.start : s + SOURCE.stop], jac)
-    parts = [_variances(view, c, r, rarity) for c, _, r, rarity in fields]
+    parts = [_variances(view, c, r, rarity, grad[:, WIND]) for c, grad, r, rarity in fields]
     swing = np.sqrt(np.stack([fluctuation for fluctuation, _ in parts], axis=1))
     rho = np.exp(-2.0 * model.arm.spacing_m / (fields[0][2] + fields[1][2]))
     noise = swing[:, :, None] * swing[:, None, :]
@@ -139,17 +139,17 @@ def _information_of_pair(view: View, candidates: Array) -> Array:
     return np.asarray(gain)
 
 
-def _variance(view: View, c: Array, r: Array, rarity: Array) -> Array:
+def _variance(view: View, c: Array, r: Array, rarity: Array, by_wind_m: Array) -> Array:
     """Variance (k,) of one measurement of ln c during a dwell: gas fluctuation and sensor noise."""
-    fluctuation, white = _variances(view, c, r, rarity)
+    fluctuation, white = _variances(view, c, r, rarity, by_wind_m)
     return fluctuation + white
 
 
-def _variances(view: View, c: Array, r: Array, rarity: Array) -> tuple[Array, Array]:
+def _variances(view: View, c: Array, r: Array, rarity: Array, by_wind_m: Array) -> tuple[Array, Array]:
     """The two parts of `_variance`."""
     assert view.belief is not None
     fl, exponent = view.model.fluctuation, float(view.belief.mean[view.model.at["n"]][0])
-    field = view.model.law.field(c, rarity, r, np.zeros_like(r), exponent)
+    field = view.model.law.field(c, rarity, r, np.zeros_like(r), exponent, by_wind_m)
     eddies = np.maximum(view.dwell_s * fl.rate(field), 1.0)
     white = (view.model.sigma_ppm / np.maximum(c, NO_GAS * view.model.sigma_ppm)) ** 2
     return (fl.gamma * fl.height(field)) ** 2 / eddies, np.asarray(white)

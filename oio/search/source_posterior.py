@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from oio.core.records import Array
-from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, concentration
+from oio.gas.range_law import EXPONENT, LAW, LN_STRENGTH, SOURCE, WIND, concentration
 from oio.inference.sampling import halton
 from oio.search.sniff_history import SniffHistory, believed_law
 from oio.search.view import View
@@ -55,7 +55,7 @@ class Likelihood:
         theta[SOURCE] = theta[LN_STRENGTH] = 0.0
         offsets_m = (noses_m[:, None, :] - places_m[None, :, :]).reshape(-1, 3)
         c, grad, r, rarity = concentration(offsets_m, theta[:LAW], model.law.r_ref_m, model.law.radius_m)
-        field, fl = model.law.field(c, rarity, r, np.zeros_like(r), float(theta[EXPONENT])), model.fluctuation
+        field, fl = model.law.field(c, rarity, r, np.zeros_like(r), float(theta[EXPONENT]), grad[:, WIND]), model.fluctuation
         eddies = np.maximum(self.view.dwell_s * fl.rate(field), 1.0)
         within_cell = grad[:, SOURCE] ** 2 @ cell_m**2 / 12.0
         relative = np.sqrt((fl.gamma * fl.height(field)) ** 2 / eddies + self.model_discrepancy**2 + within_cell)

@@ -42,12 +42,17 @@ def drifting(model, drift=1e-3):
 
 
 @pytest.mark.parametrize(("dof", "elements"), LADDER)
-@given(seed=st.integers(0, 10**6), dt=st.floats(1e-3, 5.0), paper=st.booleans(), kind=st.sampled_from((POINT, TWO, LINE, WALL, CORNER)))
-def test_a_compiled_step_is_the_models(lab, dof, elements, seed, dt, paper, kind):
+@given(
+    seed=st.integers(0, 10**6), dt=st.floats(1e-3, 5.0), paper=st.booleans(), kind=st.sampled_from((POINT, TWO, LINE, WALL, CORNER)),
+    sway=st.sampled_from((0.0, 0.15)),
+)  # fmt: skip
+def test_a_compiled_step_is_the_models(lab, dof, elements, seed, dt, paper, kind, sway):
     made, rng = lab(dof, elements, seed), np.random.default_rng(seed)
     noise = replace(Noise.nominal(), assembly="paper", source_q_m2=0.01) if paper else Noise.nominal()
     shape = SourceShape.of(kind, np.array([0.35, -0.1, 0.2, -0.3, 0.1, 0.2])[: PARAMETERS[kind]])
-    model, x, sensed = replace(drifting(made.model), noise=noise, shape=shape), state(made, rng), joints(made, rng, 7.0 + dt)
+    air = replace(made.model.fluctuation, sway=sway)
+    model = replace(drifting(made.model), noise=noise, shape=shape, fluctuation=air)
+    x, sensed = state(made, rng), joints(made, rng, 7.0 + dt)
     cov, dt = covariance(model.size, rng), (nanoseconds(7.0 + dt) - nanoseconds(7.0)) / 1e9
     mean, f, q = model.transition(x, dt, sensed)
     after = predict(model, Belief(nanoseconds(7.0), x, cov), sensed)

@@ -14,7 +14,7 @@ from oio.inference.likelihoods import GAMMAS, TIMES_S, fit_fluctuation, minus_2_
 def along_of(steps, *, every=2, tau=0.8, mean=10.0, rarity=1.0, r=0.1, speed=0.0, sigma=0.3, gain=1.0, slope=0.0, model_discrepancy=0.0):
     full = lambda value: np.full(steps, float(value))  # noqa: E731
     at = np.arange(0, steps, every)
-    field = MeanField(full(mean), full(rarity), full(r), full(speed), slope, model_discrepancy, 0.1)
+    field = MeanField(full(mean), full(rarity), full(r), full(speed), slope, model_discrepancy, 0.1, np.zeros((steps, 3)))
     dt = np.where(np.arange(steps) > 0, 0.1, 0.0)  # the first reading is where the path begins
     return PathField(field, dt, full(tau), at, np.full(len(at), gain), np.full(len(at), sigma**2))
 
@@ -75,7 +75,14 @@ def test_gas_supposed_beyond_all_digits_leaves_a_variance_and_a_likelihood(decad
         k = 100
         dt = np.where(rng.random(k) < 0.1, 0.0, 10 ** rng.uniform(-6, 2, k))
         field = MeanField(
-            10 ** rng.uniform(-3, decades, k), np.ones(k), 10 ** rng.uniform(-3, 0, k), rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3
+            10 ** rng.uniform(-3, decades, k),
+            np.ones(k),
+            10 ** rng.uniform(-3, 0, k),
+            rng.uniform(0, 0.3, k),
+            0.002,
+            0.1,
+            0.3,
+            np.zeros((k, 3)),
         )
         along = PathField(field, dt, np.full(k, 0.8), np.arange(k), np.ones(k), np.full(k, 0.1))
         white = whiten(rng.standard_normal((k, 1)), along, Fluctuation(1.0, 0.3, 1.0))
@@ -93,7 +100,7 @@ def test_columns_do_not_meddle():
 @pytest.mark.parametrize("truth", [Fluctuation(1.0, 0.1, 0.4), Fluctuation(1.0, 0.6, 2.0)])
 def test_maximum_likelihood_finds_gamma_and_time(draw, truth):
     along = along_of(6000)
-    found = fit_fluctuation(draw(along, truth, np.random.default_rng(4))[0], along, 1.0)
+    found = fit_fluctuation(draw(along, truth, np.random.default_rng(4))[0], along, truth)
     assert found.gamma == pytest.approx(truth.gamma, rel=0.4)
     assert 0.5 < found.t_s / truth.t_s < 2.0
 
@@ -103,7 +110,7 @@ def test_many_tried_at_once_are_as_likely_as_one_by_one(draw):
     z = draw(along, Fluctuation(1.3, 0.3, 1.0), np.random.default_rng(8))[0]
     shapes = [(along.field.slope_m, along.field.model_discrepancy, float(gamma)) for gamma in GAMMAS]
     singly = [[whiten(z[:, None], along, Fluctuation(1.3, float(g), float(t))).minus_2_log_likelihood for t in TIMES_S] for g in GAMMAS]
-    np.testing.assert_array_equal(minus_2_log_likelihoods(z, along, 1.3, shapes, TIMES_S), singly)
+    np.testing.assert_array_equal(minus_2_log_likelihoods(z, along, Fluctuation(1.3, 0.3, 1.0), shapes, TIMES_S), singly)
 
 
 def test_height_and_rate_by_hand():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oio.gas.fluctuation import Fluctuation
+from oio.inference import beacon_fit
 from oio.inference.beacon_fit import _fit_discrepancy, beacon_problem, fit_beacon
 
 CALM = Fluctuation(1.0, 0.02, 0.3)
@@ -114,8 +115,9 @@ def test_twins_whose_gains_differ_are_calibrated_right(lab, built, wind_per_m, f
         assert fit.mean[second] == pytest.approx(np.log(factor), abs=4.0 * np.sqrt(fit.cov[second, second]) + 0.01)
 
 
-def test_a_fit_begun_at_unit_gains_may_end_at_wrong_ones(lab, built):
-    """Noise that grows with the signal forgives an expectation that is much too large."""
+def test_a_fit_begun_at_unit_gains_may_end_at_wrong_ones(lab, built, monkeypatch):
+    """Noise that grows with the signal forgives an expectation that is much too large. (The sway's evidence, left out here, finds back.)"""
+    monkeypatch.setattr(beacon_fit, "_with_sway", lambda problem, fit: fit)
     factor = 20.0
     problem, second = twins(lab, built, 20.0, factor, 953)
     unit = np.array(problem.mean)

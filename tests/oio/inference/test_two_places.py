@@ -178,7 +178,14 @@ def test_the_implied_covariance_of_a_pair_is_that_of_the_process(lab):
     field = made.problem(theta).predict(theta, False).along.field
     fields = [
         replace(
-            field, mean_ppm=np.full(m, s), rarity=np.ones(m), r_m=np.full(m, 0.1), speed_m_s=np.zeros(m), slope_m=0.0, model_discrepancy=0.0
+            field,
+            mean_ppm=np.full(m, s),
+            rarity=np.ones(m),
+            r_m=np.full(m, 0.1),
+            speed_m_s=np.zeros(m),
+            slope_m=0.0,
+            model_discrepancy=0.0,
+            by_wind_m=np.zeros((m, 3)),
         )
         for s in swing
     ]
@@ -194,7 +201,7 @@ def test_the_implied_covariance_of_a_pair_is_that_of_the_process(lab):
     dense = np.outer(amplitude, amplitude) * same * keep ** np.abs(i - at) + 2.0 * 0.09 * np.eye(m)
     np.testing.assert_allclose(lower @ lower.T, dense[2:, 2:], rtol=1e-6)
     residual = np.linalg.cholesky(dense) @ np.random.default_rng(0).standard_normal(m)
-    assert fit_fluctuation(residual, along, 1.0).gamma > 0.0
+    assert fit_fluctuation(residual, along, noise).gamma > 0.0
 
 
 def test_the_derivative_by_the_fall_is_that_of_each_place(lab):

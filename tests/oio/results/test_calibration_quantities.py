@@ -21,7 +21,7 @@ def entries(shares, held=(), kind=HINGE):
     for index in held:
         sd[index] = FIXED
     fit = SimpleNamespace(layout=LAYOUT, mean=np.zeros(LAYOUT.size), cov=np.diag(sd**2), readings=100)
-    fit.fluctuation = SimpleNamespace(gamma=0.1, t_s=1.0)
+    fit.fluctuation = SimpleNamespace(gamma=0.1, t_s=1.0, sway=0.05)
     model = SimpleNamespace(arm=SimpleNamespace(names=("turn",), model=SimpleNamespace(kinds=np.array([kind]))))
     calibration = SimpleNamespace(cold_open=SimpleNamespace(cov=np.eye(LAYOUT.size)), chosen=SimpleNamespace(model=model))
     found = SimpleNamespace(fit=fit)
