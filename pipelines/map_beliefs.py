@@ -16,11 +16,10 @@ from oio.gas.source import Source
 from oio.gas.timing import shift_path
 from oio.gas.trace import Sniffs, Trace
 from oio.inference.base import Localizer
-from oio.inference.beacon_repeats import BeaconSurvey, Repeat
+from oio.inference.beacon_repeats import BeaconSurvey, Repeat, type_b
 from oio.inference.prior import Nominal
 from oio.inference.process_noise import ProcessNoise
 from oio.inference.rise_and_fall import rise_and_fall
-from oio.inference.uncertainty import type_b_of_repeats
 from oio.kinematics.arm import Arm
 from oio.results.calibration import BaselineResult, BoutCalibration, MapCalibration
 from oio.runtime.context import Context, sniff
@@ -80,11 +79,10 @@ class MapBeliefs:
         fit = survey.fit(sniffs)
         repeats = tuple(survey.repeat(sniffs, ends[begin:], least, fit) for begin in range(0, len(ends) - least, least))
         self._draw(context, repeats[-1])
-        misses, nees = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
         return MapCalibration(
             fit,
             repeats,
-            type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats)),
+            type_b(repeats),
             context.world.t_ns,
             self._error_ppm(context),
             len(ends) - 1,

@@ -22,10 +22,10 @@ from oio.gas.exposures import exposures
 from oio.gas.signal_range import highest_signals
 from oio.gas.timing import shift_path
 from oio.gas.trace import Sniffs
-from oio.inference.beacon_repeats import BeaconSurvey
+from oio.inference.beacon_repeats import BeaconSurvey, type_b
 from oio.inference.prior import calibrated_prior, cold_prior
 from oio.inference.rise_and_fall import rise_and_fall
-from oio.inference.uncertainty import TypeA, assemble_q_r, type_a_of_bouts, type_b_of_repeats
+from oio.inference.uncertainty import TypeA, assemble_q_r, type_a_of_bouts
 from oio.kinematics.arm import Arm
 from oio.results import calibration as results
 from oio.results.calibration_file import calibration_yaml
@@ -67,14 +67,13 @@ def calibrate(
     sniffs = shift_path(trace.as_arrays(), delay.s)
     fit = survey.fit(sniffs)
     repeats = tuple(survey.repeat(sniffs, ends_s[b:], PER_REPEAT, fit) for b in range(0, len(ends_s) - PER_REPEAT, PER_REPEAT))
-    misses = np.array([r.miss_m for r in repeats]), np.array([r.nees for r in repeats])
-    type_b, rung = type_b_of_repeats(*misses, tuple(r.moves for r in repeats)), _type_a(gas, baselines, setup, len(ends_s) - 1)
+    rung = _type_a(gas, baselines, setup, len(ends_s) - 1)
     error_ppm = float(np.hypot(rung.u_a_effective_ppm, np.linalg.norm(offsets[1]) / len(baselines)))
     gaps, box_sd_m = _gaps(gas), arm.box_sd_m
     sensed, lags = trace.as_arrays(), rise_and_fall(survey.problem(sniffs), fit)
     fired = exposures(_detector(baselines, setup), sensed, ends_s, _near(sensed, setup.robot, place[0], ends_s))
     found = results.MapCalibration(
-        fit, repeats, type_b, nanoseconds(lit[1]), error_ppm, len(ends_s) - 1, delay, gaps, box_sd_m, lags, fired,
+        fit, repeats, type_b(repeats), nanoseconds(lit[1]), error_ppm, len(ends_s) - 1, delay, gaps, box_sd_m, lags, fired,
         highest_signals(sensed, baselines), None,
     )  # fmt: skip
     base = results.BaselineResult(baselines, noise_scale, nanoseconds(clean[0]))

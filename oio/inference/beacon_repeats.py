@@ -19,7 +19,7 @@ from oio.inference.prior import Nominal, calibrated_prior
 from oio.inference.process_noise import ProcessNoise
 from oio.inference.range_spheres import range_spheres
 from oio.inference.trilateration import vertex
-from oio.inference.uncertainty import Noise
+from oio.inference.uncertainty import Noise, TypeB, type_b_of_repeats
 from oio.inference.world_posterior import widened
 from oio.kinematics.arm import Arm
 
@@ -36,6 +36,14 @@ class Repeat:
     miss_m: float
     nees: float
     moves: int  # until one place was left, or as many as were made
+
+
+def type_b(repeats: tuple[Repeat, ...]) -> TypeB:
+    """Type B uncertainty of repeats."""
+    misses, nees, traces = (
+        np.array(values) for values in zip(*((r.miss_m, r.nees, np.trace(r.refined_cov_m2)) for r in repeats), strict=True)
+    )
+    return type_b_of_repeats(misses, nees, tuple(r.moves for r in repeats), traces)
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,6 +33,7 @@ class TypeB:
     rms_m: float
     inflation: float  # covariance inflation factor: mean NEES of the repeats over its expectation, at least 1, times
     # nu / (nu - 2) with nu = 3 n degrees of freedom, because it is itself an estimate (variance of Student's t; GUM G.3)
+    unexplained_m2: float  # mean square of v beyond the inflated covariances of the repeats' fits, at least 0
 
 
 def type_a(s_ppm: float, k: float) -> float:
@@ -55,12 +56,15 @@ def type_b(miss_m: float, moves: int) -> float:
     return 2.0 * miss_m / float(np.sqrt(moves))
 
 
-def type_b_of_repeats(misses_m: Array, nees: Array, moves: tuple[int, ...]) -> TypeB:
-    """Type B uncertainty from the position errors (n,) [m] of n repeats, the NEES (n,) of their fits, and the moves that each took."""
+def type_b_of_repeats(misses_m: Array, nees: Array, moves: tuple[int, ...], traces_m2: Array) -> TypeB:
+    """Type B uncertainty from the position errors (n,) [m] of n repeats, the NEES (n,) and covariance traces (n,) [m^2] of their fits, and
+    the moves that each took."""
     paper = float(np.mean([type_b(v, m) for v, m in zip(misses_m, moves, strict=True)]))
     nu = 3 * len(misses_m)
     inflation = max(1.0, float(np.mean(nees)) / 3.0) * nu / (nu - 2)
-    return TypeB(moves, tuple(float(v) for v in misses_m), paper, float(np.sqrt(np.mean(np.square(misses_m)))), inflation)
+    square = float(np.mean(np.square(misses_m)))
+    unexplained = max(square - inflation * float(np.mean(traces_m2)), 0.0)
+    return TypeB(moves, tuple(float(v) for v in misses_m), paper, float(np.sqrt(square)), inflation, unexplained)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +90,10 @@ class Noise:
 def assemble_q_r(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
     """Assemble Q and R from Type A and Type B uncertainty.
 
-    `gum`: u_b is the position error of the map's vertex, so its RMS over repeats enters P0 of the source (a third per axis, and less for
-    a map of more measurements than a repeat had), not Q: a static source has no process noise. The covariance of the fit is inflated to
-    explain the errors. u_a is the uncertainty of a mean, so R is the variance of a single reading instead.
+    `gum`: u_b is the position error of the map's vertex, so it belongs into P0 of the source, not Q: a static source has no process noise.
+    The covariance of a map has most of it already; it is inflated to explain the errors of the repeats, and what of their mean square is
+    still unexplained is added (a third per axis, and less for a map of more measurements than a repeat had). u_a is the
+    uncertainty of a mean, so R is the variance of a single reading instead.
     """
     if assembly == "paper":
         return Noise(assembly, source_q_m2=type_b.u_b_m, r_ppm2=u_a_ppm, source_p0_m2=0.0, measurements=1, inflation=1.0)
@@ -96,7 +101,7 @@ def assemble_q_r(assembly: str, u_a_ppm: float, type_b: TypeB) -> Noise:
         "gum",
         source_q_m2=STATIC_SOURCE_Q_M2_S,
         r_ppm2=None,
-        source_p0_m2=type_b.rms_m**2 / 3.0,
+        source_p0_m2=type_b.unexplained_m2 / 3.0,
         measurements=round(float(np.mean(type_b.moves))) + 1,
         inflation=type_b.inflation,
     )

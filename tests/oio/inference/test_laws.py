@@ -217,7 +217,7 @@ class Repeats:
     def u_b_m(self, times):
         """Type B (CALIBRATIONS,) of every path so many times."""
         misses_m, nees = (np.concatenate([part[:, :times] for part in parts], axis=1) for parts in (self.misses_m, self.nees))
-        return np.array([type_b_of_repeats(v, e, (4,) * len(v)).u_b_m for v, e in zip(misses_m, nees, strict=True)])
+        return np.array([type_b_of_repeats(v, e, (4,) * len(v), np.zeros(len(v))).u_b_m for v, e in zip(misses_m, nees, strict=True)])
 
 
 def test_sixteen_repeats_instead_of_four_halve_what_the_beacon_leaves_open(lab, draw):

@@ -50,7 +50,7 @@ def beacon(
     lag_u=0.03, repeats=6, nees=3.0, rms_m=0.02, delay_u_s=0.02, rise_u=0.1, fall_u=0.03, ratio=1.0, fired=6, guard=GUARD, **stream
 ):  # fmt: skip
     fit = SimpleNamespace(layout=SimpleNamespace(tau=0), cov=np.array([[lag_u**2]]))
-    type_b, gaps = TypeB((5,) * repeats, (rms_m,) * repeats, 0.02, rms_m, 1.0), replace(STREAM, **stream)
+    type_b, gaps = TypeB((5,) * repeats, (rms_m,) * repeats, 0.02, rms_m, 1.0, 0.0), replace(STREAM, **stream)
     lags, exposed = RiseAndFall(Lag(2.0, rise_u), Lag(2.6, fall_u), ratio, 0.1), Exposures(Rate(fired, 6), Rate(20, 24), Rate(3, 6))
     return MapCalibration(
         fit, (SimpleNamespace(nees=nees),) * repeats, type_b, 0, 1.0, 40, Delay(0.12, delay_u_s), gaps, 0.3, lags, exposed, (40.0,), guard
