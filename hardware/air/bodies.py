@@ -15,6 +15,7 @@ import numpy as np
 
 from oio.core.records import Array
 
+PARALLEL = 1e-12  # squared sine of the angle below which two segments are taken as parallel, whatever their lengths
 Field = Callable[[Array], float]  # concentration [ppm] at (3,) m
 
 
@@ -99,9 +100,9 @@ def segment_distance_m(a: Array, b: Array, c: Array, d: Array) -> float:
     u, v, w = b - a, d - c, a - c
     uu, vv, uv, uw, vw = (float(x @ y) for x, y in ((u, u), (v, v), (u, v), (u, w), (v, w)))
     det = uu * vv - uv * uv
-    s = min(max((uv * vw - vv * uw) / det, 0.0), 1.0) if det > 1e-15 else 0.0
-    t = min(max((uv * s + vw) / vv, 0.0), 1.0) if vv > 1e-15 else 0.0
-    s = min(max((uv * t - uw) / uu, 0.0), 1.0) if uu > 1e-15 else 0.0
+    s = min(max((uv * vw - vv * uw) / det, 0.0), 1.0) if det > PARALLEL * uu * vv else 0.0
+    t = min(max((uv * s + vw) / vv, 0.0), 1.0) if vv > 0.0 else 0.0
+    s = min(max((uv * t - uw) / uu, 0.0), 1.0) if uu > 0.0 else 0.0
     return float(np.linalg.norm(w + s * u - t * v))
 
 

@@ -153,7 +153,7 @@ def fluctuation_ppm(mean: float, rarity: float, r: float, slope: float, w: float
 
 @compiled
 def with_sway(amplitude: float, t: float, of_sway: float, sway_s: float) -> tuple[float, float]:
-    """Amplitude and correlation time [s] of a fluctuation that includes a sway of amplitude `of_sway` (both over gamma)."""
+    """Amplitude and correlation time [s] of a fluctuation that includes a sway of amplitude `of_sway`; amplitudes are in units of gamma."""
     eddies, sway = amplitude * amplitude, of_sway * of_sway
     if sway == 0.0:
         return amplitude, t

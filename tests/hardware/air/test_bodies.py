@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hardware.air.bodies import Box, Plane, segment_distance_m, shadow, with_bodies
@@ -59,6 +59,7 @@ def test_a_box_hides_what_is_behind_it_and_reflects_in_front():
     assert box.hides(behind) and not box.hides(beside) and not box.hides(before)
 
 
+@example(np.array([-1.2e-7, -1.2e-7, 0.0]), np.array([0.0, -1.2e-7, 0.0]), np.zeros(3), np.array([-0.5, 0.0, 0.25]))  # one next to none
 @given(PLACES, PLACES, PLACES, PLACES)
 def test_segments_are_as_far_apart_as_their_nearest_points(a, b, c, d):
     shares = np.linspace(0.0, 1.0, 41)

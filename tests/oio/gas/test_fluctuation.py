@@ -67,25 +67,18 @@ def test_the_first_reading_is_where_the_lag_begins_and_tells_nothing_more():
     np.testing.assert_array_equal(whiten(rows, along, noise).rows, white)
 
 
+@pytest.mark.parametrize("sway", [0.0, 0.3])
 @pytest.mark.parametrize("decades", [8, 16, 100])
-def test_gas_supposed_beyond_all_digits_leaves_a_variance_and_a_likelihood(decades):
+def test_gas_supposed_beyond_all_digits_leaves_a_variance_and_a_likelihood(decades, sway):
     """A start far from the truth may suppose any concentration; NaN would win every comparison of likelihoods."""
     rng = np.random.default_rng(decades)
     for _ in range(100):
         k = 100
         dt = np.where(rng.random(k) < 0.1, 0.0, 10 ** rng.uniform(-6, 2, k))
-        field = MeanField(
-            10 ** rng.uniform(-3, decades, k),
-            np.ones(k),
-            10 ** rng.uniform(-3, 0, k),
-            rng.uniform(0, 0.3, k),
-            0.002,
-            0.1,
-            0.3,
-            np.zeros((k, 3)),
-        )
+        mean, r = 10 ** rng.uniform(-3, decades, k), 10 ** rng.uniform(-3, 0, k)
+        field = MeanField(mean, np.ones(k), r, rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3, r[:, None] * rng.standard_normal((k, 3)))
         along = PathField(field, dt, np.full(k, 0.8), np.arange(k), np.ones(k), np.full(k, 0.1))
-        white = whiten(rng.standard_normal((k, 1)), along, Fluctuation(1.0, 0.3, 1.0))
+        white = whiten(rng.standard_normal((k, 1)), along, Fluctuation(1.0, 0.3, 1.0, sway=sway))
         assert np.all(white.expected_ppm2[1:] >= 0.1)
         assert np.isfinite(white.minus_2_log_likelihood)
 

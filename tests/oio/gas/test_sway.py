@@ -83,20 +83,6 @@ def test_without_a_sway_it_is_the_filter_of_two_states():
     np.testing.assert_allclose(found[1], expected.expected_ppm2, rtol=1e-9)
 
 
-@pytest.mark.parametrize("decades", [8, 16, 100])
-def test_gas_supposed_beyond_all_digits_leaves_a_variance_and_a_likelihood(decades):
-    rng = np.random.default_rng(decades)
-    for _ in range(50):
-        k = 100
-        dt = np.where(rng.random(k) < 0.1, 0.0, 10 ** rng.uniform(-6, 2, k))
-        mean, r = 10 ** rng.uniform(-3, decades, k), 10 ** rng.uniform(-3, 0, k)
-        field = MeanField(mean, np.ones(k), r, rng.uniform(0, 0.3, k), 0.002, 0.1, 0.3, r[:, None] * rng.standard_normal((k, 3)))
-        along = PathField(field, dt, np.full(k, 0.8), np.arange(k), np.ones(k), np.full(k, 0.1))
-        white = whiten(rng.standard_normal((k, 1)), along, replace(NOISE, scale=1.0))
-        assert np.all(white.expected_ppm2[1:] >= 0.1)
-        assert np.isfinite(white.minus_2_log_likelihood)
-
-
 def test_many_tried_at_once_are_as_likely_as_one_by_one():
     along = along_of(200, every=2)
     z = draw(along, NOISE, np.random.default_rng(8), 1)[0]
