@@ -39,7 +39,7 @@ def read_gaden(folder: Path, frame_s: float) -> AirRecording:
     while (path := folder / f"iteration_{len(paths)}").is_file():
         paths.append(path)
     if not paths:
-        raise BadInput(f"{folder} has no iteration_0. It is GADEN's folder of results: run its filament simulator with save_results first.")
+        raise BadInput(f"{folder} has neither a CSV of wind nor GADEN's iteration_0: run its filament simulator with save_results first.")
     check_size(folder, sum(path.stat().st_size for path in paths))
     frames = [_read_frame(path) for path in paths]
     first = frames[0]

@@ -44,9 +44,10 @@ class FieldSeries:
                 _add_interpolated(self.values[frame], np.ascontiguousarray((places_m - self.low_m) / self.step_m), weight, out)
         return out
 
-    def inside(self, place_m: Array) -> bool:
-        """Whether a place (3,) m lies on the grid."""
-        return bool(np.all(place_m >= self.low_m) and np.all(place_m <= self.high_m))
+    def inside(self, place_m: Array, margin_steps: float = 0.0) -> bool:
+        """Whether a place (3,) m lies on the grid, or at most so many of its steps beyond."""
+        margin_m = margin_steps * self.step_m
+        return bool(np.all(place_m >= self.low_m - margin_m) and np.all(place_m <= self.high_m + margin_m))
 
 
 @compiled

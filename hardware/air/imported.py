@@ -13,11 +13,14 @@ from typing import Annotated
 
 import numpy as np
 
-from hardware.air.air_recording import CDF, HDF5, AirRecording, Puffs, check_size, read_netcdf, read_npz
+from hardware.air.air_recording import AirRecording, Puffs, check_size
+from hardware.air.cell_centres import read_cell_centres
 from hardware.air.emitter import Emitter
 from hardware.air.filament import Filament, LiveFilament
 from hardware.air.gaden import read_gaden
 from hardware.air.grid import FieldSeries
+from hardware.air.netcdf import CDF, HDF5, read_netcdf
+from hardware.air.npz import read_npz
 from oio.core.errors import BadInput
 from oio.core.folders import ROOT
 from oio.core.records import Array
@@ -82,8 +85,8 @@ class ImportedWind:
     """Puffs of a filament model in a wind from a file."""
 
     name: str
-    path: str  # an NPZ, a NetCDF, or GADEN's folder of results
-    frame_s: Annotated[float, Within(1e-3, 1e4)]  # of GADEN: time between two results
+    path: str  # an NPZ, a NetCDF, a CSV of cell centres or a folder of them, or GADEN's folder of results
+    frame_s: Annotated[float, Within(1e-3, 1e4)]  # of GADEN and of a folder of CSV files: time between two of them
     begins_s: Annotated[float, Within(0, 1e6)]  # how far into the recording a source opens
     after_end: str  # hold the last frame, or repeat from begins_s on
     base_m: Annotated[tuple[float, float, float], Within(-1e3, 1e3)]  # the arm's base in the frame of the file,
@@ -100,7 +103,7 @@ class ImportedWind:
         if wind is None:
             raise BadInput(f"{self.path} has gas, but no wind. Type air=imported_gas air.path={self.path}.")
         _check_begin(self.path, self.begins_s, wind.t_s)
-        if not wind.inside(np.array(self.base_m)):
+        if not wind.inside(np.array(self.base_m), margin_steps=1.0):  # cell centres begin half a cell above the floor
             low, high = np.round(wind.low_m, 3).tolist(), np.round(wind.high_m, 3).tolist()
             raise BadInput(f"air.base_m is {list(self.base_m)}, but the wind in {self.path} is known from {low} to {high} m.")
         return LiveImportedWind(self, wind, disturbance)
@@ -140,6 +143,8 @@ class LiveImportedWind(LiveFilament):
 
 @functools.lru_cache(maxsize=4)
 def _read(path: Path, frame_s: float, changed_ns: int) -> AirRecording:
+    if path.suffix.lower() == ".csv" or (path.is_dir() and any(path.glob("*.csv"))):
+        return read_cell_centres(path, frame_s)
     if path.is_dir():
         return read_gaden(path, frame_s)
     check_size(path, path.stat().st_size)
@@ -154,7 +159,8 @@ def read_air(name: str, frame_s: float) -> AirRecording:
     path = path if path.is_absolute() or path.exists() else ROOT / path
     if not path.exists():
         raise BadInput(
-            f"air.path is {name}, but there is no such file or folder. Type air.path=FILE, an NPZ, a NetCDF, or GADEN's results."
+            f"air.path is {name}, but there is no such file or folder. Type air.path=FILE: an NPZ, a NetCDF, GADEN's results, "
+            "or, of a wind, a CSV of cell centres."
         )
     return _read(path, frame_s, path.stat().st_mtime_ns)
 

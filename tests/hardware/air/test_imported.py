@@ -2,8 +2,10 @@
 
 import math
 import struct
+import sys
 import zlib
 
+import netCDF4
 import numpy as np
 import pytest
 from scipy.io import netcdf_file
@@ -35,6 +37,10 @@ def wind():
     return np.stack([1.0 + x, y, t], axis=-1)
 
 
+def classic(path):
+    return netcdf_file(path, "w")
+
+
 def arrays(**change):
     made = {"t_s": T, "x_m": X, "y_m": Y, "z_m": Z, "ppm": linear_ppm(), "wind_m_s": wind(), "source_m": SOURCE, "rate_ml_s": RATE}
     made |= change
@@ -46,22 +52,27 @@ def npz(folder, **change):
     return str(folder / "air.npz")
 
 
-def netcdf(folder, units=(("x", "m"), ("u", "m/s"), ("c", "ppm"), ("t", "s")), drop=(), rate=RATE):
+def netcdf(folder, units=(("x", "m"), ("u", "m/s"), ("c", "ppm"), ("t", "s")), drop=(), rate=RATE, open_=classic, order="txyz", t="t"):
     path, unit = folder / "air.nc", dict(units)
-    with netcdf_file(str(path), "w") as file:
+    with open_(str(path)) as file:
         file.source_m, file.rate_ml_s = SOURCE, rate
+        named = dict(zip("txyz", (t, "x", "y", "z"), strict=True))
         for name, axis in zip("txyz", (T, X, Y, Z), strict=True):
-            file.createDimension(name, len(axis))
-            variable = file.createVariable(name, "d", (name,))
+            file.createDimension(named[name], len(axis))
+            variable = file.createVariable(named[name], "d", (named[name],))
             variable[:] = axis
             variable.units = unit["t"] if name == "t" else unit["x"]
         fields = {"u": wind()[..., 0], "v": wind()[..., 1], "w": wind()[..., 2], "c": linear_ppm()}
         for name, field in fields.items():
             if name not in drop:
-                variable = file.createVariable(name, "d", tuple("txyz"))
-                variable[:] = field
+                variable = file.createVariable(name, "d", tuple(named[axis] for axis in order))
+                variable[:] = field.transpose(["txyz".index(axis) for axis in order])
                 variable.units = unit["c"] if name == "c" else unit["u"]
     return str(path)
+
+
+def netcdf4(folder, **change):
+    return netcdf(folder, open_=lambda path: netCDF4.Dataset(path, "w"), **change)
 
 
 def gaden(folder, version=2, frames=3, wind_of=(0, 0, 1)):
@@ -95,7 +106,7 @@ def blown(path, **change):
     return made.open(np.random.default_rng(0), np.random.default_rng(1))
 
 
-@pytest.mark.parametrize("make", [npz, netcdf])
+@pytest.mark.parametrize("make", [npz, netcdf, netcdf4])
 def test_a_grid_is_interpolated_moved_to_the_source_and_scaled(tmp_path, make):
     live = gas(make(tmp_path))
     assert live.ppm(SOURCE) == 0.0
@@ -120,15 +131,61 @@ def test_after_the_end_it_holds_or_repeats(tmp_path):
     assert again.ppm(SOURCE) == pytest.approx(plain + 1.0 + (4.0 % 3.0), rel=1e-6)
 
 
-def test_units_are_converted(tmp_path):
+@pytest.mark.parametrize("make", [netcdf, netcdf4])
+def test_units_are_converted(tmp_path, make):
     first, second = tmp_path / "m", tmp_path / "cm"
     first.mkdir(), second.mkdir()
-    plain = read_air(netcdf(first), 1.0)
-    other = read_air(netcdf(second, (("x", "cm"), ("u", "cm/s"), ("c", "ppb"), ("t", "min"))), 1.0)
+    plain = read_air(make(first), 1.0)
+    other = read_air(make(second, units=(("x", "cm"), ("u", "cm/s"), ("c", "ppb"), ("t", "min"))), 1.0)
     np.testing.assert_allclose(other.gas.step_m, 0.01 * plain.gas.step_m)
     np.testing.assert_allclose(other.gas.values, 1e-3 * plain.gas.values, rtol=1e-6)
     np.testing.assert_allclose(other.wind.values, 1e-2 * plain.wind.values, rtol=1e-6)
     np.testing.assert_allclose(other.wind.t_s, 60.0 * plain.wind.t_s)
+
+
+@pytest.mark.parametrize("make", [netcdf, netcdf4])
+def test_dimensions_may_have_the_order_and_time_the_words_of_the_climate_conventions(tmp_path, make):
+    """(time, z, y, x) and `seconds since`, of https://cfconventions.org; on a cube a wrong order would show in no shape."""
+    first, second = tmp_path / "own", tmp_path / "cf"
+    first.mkdir(), second.mkdir()
+    plain = read_air(make(first), 1.0)
+    units = (("x", "m"), ("u", "m s-1"), ("c", "ppm"), ("t", "seconds since 2026-01-01 00:00:00"))
+    other = read_air(make(second, units=units, order="tzyx", t="time"), 1.0)
+    np.testing.assert_array_equal(other.gas.values, plain.gas.values)
+    np.testing.assert_array_equal(other.wind.values, plain.wind.values)
+    np.testing.assert_array_equal(other.wind.t_s, plain.wind.t_s)
+
+
+@pytest.mark.parametrize("open_", [classic, lambda path: netCDF4.Dataset(path, "w")])
+def test_packed_values_are_unpacked_and_missing_ones_refused(tmp_path, open_):
+    stored = np.round((linear_ppm() - 10.0) / 0.001).astype(np.int16)
+    np.testing.assert_allclose(read_air(packed(tmp_path / "whole.nc", open_, stored), 1.0).gas.values[..., 0], linear_ppm(), atol=6e-4)
+    stored[0, 0, 0, 0] = -999
+    with pytest.raises(BadInput, match="'c' has values that are not finite"):
+        read_air(packed(tmp_path / "gap.nc", open_, stored), 1.0)
+
+
+def packed(path, open_, stored):
+    """A file with c = 10 + 0.001 stored, -999 where it is missing."""
+    with open_(str(path)) as file:
+        file.source_m, file.rate_ml_s = SOURCE, RATE
+        for name, axis in zip("txyz", (T, X, Y, Z), strict=True):
+            file.createDimension(name, len(axis))
+            variable = file.createVariable(name, "d", (name,))
+            variable[:], variable.units = axis, "s" if name == "t" else "m"
+        variable = file.createVariable("c", "i2", tuple("txyz"))
+        variable.units, variable.scale_factor, variable.add_offset, variable.missing_value = "ppm", 0.001, 10.0, np.int16(-999)
+        if open_ is not classic:
+            variable.set_auto_maskandscale(False)
+        variable[:] = stored
+    return str(path)
+
+
+def test_netcdf_4_without_its_package_says_what_to_install(tmp_path, monkeypatch):
+    path = netcdf4(tmp_path)
+    monkeypatch.setitem(sys.modules, "netCDF4", None)
+    with pytest.raises(BadInput, match=r"pip install 'oio\[netcdf\]', or nccopy -k classic"):
+        gas(path)
 
 
 def test_puffs_are_gaussian_and_a_frame_holds_until_the_next(tmp_path):
@@ -237,8 +294,8 @@ def test_what_is_wrong_in_an_npz_is_named(tmp_path, change, said):
         (lambda folder: netcdf(folder, (("x", "m"), ("u", "m/s"), ("c", "kg/m3"), ("t", "s"))), "'c' has the unit 'kg/m3'"),
         (lambda folder: netcdf(folder, drop=("v",)), "it has no variable 'v'"),
         (lambda folder: netcdf(folder, rate=-1.0), "gas needs rate_ml_s"),
-        (lambda folder: written(folder / "a.nc", b"\x89HDF\r\n\x1a\n" + bytes(100)), "nccopy -k classic"),
-        (lambda folder: written(folder / "a.nc", b"CDF\x01" + bytes(3)), "no NetCDF of the classic format"),
+        (lambda folder: written(folder / "a.nc", b"\x89HDF\r\n\x1a\n" + bytes(100)), "no NetCDF that can be read"),
+        (lambda folder: written(folder / "a.nc", b"CDF\x01" + bytes(3)), "no NetCDF that can be read"),
         (lambda folder: written(folder / "a.npz", b"hello"), "no NPZ of plain arrays"),
         (lambda folder: str(folder / "no.npz"), "there is no such file or folder"),
         (lambda folder: str(folder), "run its filament simulator"),
