@@ -16,6 +16,8 @@ from oio.core.records import Array
 from oio.core.settings import itself
 
 MOST_BYTES = 4 * 2**30
+MOST_M_S = 100.0  # a faster wind is a fill value, or in another unit
+ROUNDED = 0.02  # a rounded axis may be off by this share of a step
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,12 +57,20 @@ def checked_recording(path: Path, wind: FieldSeries | None, gas: FieldSeries | P
         raise bad_file(path, "it has neither wind nor gas")
     if gas is None:
         return AirRecording(wind)
-    place, ml_s = (np.array([], dtype=float) if v is None else np.atleast_1d(np.asarray(v, dtype=np.float64)) for v in (source, rate))
+    place, ml_s = (_numbers(value) for value in (source, rate))
     if place.shape != (3,) or not np.all(np.isfinite(place)):
         raise bad_file(path, "gas needs source_m, the three coordinates of its source [m]")
     if ml_s.shape != (1,) or not float(ml_s[0]) > 0.0:
         raise bad_file(path, "gas needs rate_ml_s, the emission of its source [ml/s], above 0")
     return AirRecording(wind, gas, place, float(ml_s[0]))
+
+
+def _numbers(value: Any) -> Array:
+    """Numbers (n,); none if there is no value, or a text."""
+    try:
+        return np.array([], dtype=float) if value is None else np.atleast_1d(np.asarray(value, dtype=np.float64))
+    except (TypeError, ValueError):
+        return np.array([], dtype=float)
 
 
 def checked_axis(path: Path, data: dict[str, Array], name: str) -> Array:
@@ -70,7 +80,8 @@ def checked_axis(path: Path, data: dict[str, Array], name: str) -> Array:
     axis = np.atleast_1d(np.asarray(data[name], dtype=np.float64))
     if axis.ndim != 1 or not np.all(np.isfinite(axis)) or (len(axis) > 1 and np.any(np.diff(axis) <= 0.0)) or not len(axis):
         raise bad_file(path, f"'{name}' does not increase")
-    if not name.startswith("t") and len(axis) > 2 and np.ptp(np.diff(axis)) > 1e-3 * np.mean(np.diff(axis)):
+    even = np.linspace(axis[0], axis[-1], len(axis))
+    if not name.startswith("t") and len(axis) > 2 and np.max(np.abs(axis - even)) > ROUNDED * (even[1] - even[0]):
         raise bad_file(path, f"the steps of '{name}' are not equal; resample the field")
     return axis
 
@@ -84,8 +95,17 @@ def checked_series(path: Path, name: str, values: Array, t_s: Array, axes: list[
         raise bad_file(path, f"'{name}' has values that are not finite; fill them, with 0 inside obstacles")
     if components == 1 and np.any(values < 0.0):
         raise bad_file(path, f"'{name}' has negative concentrations")
-    step = np.array([axis[1] - axis[0] if len(axis) > 1 else 1.0 for axis in axes])
+    if components == 3:
+        check_speed(path, values)
+    step = np.array([(axis[-1] - axis[0]) / (len(axis) - 1) if len(axis) > 1 else 1.0 for axis in axes])
     return FieldSeries(t_s, np.array([axis[0] for axis in axes]), step, values.reshape(*values.shape[:4], -1).astype(np.float32))
+
+
+def check_speed(path: Path, wind_m_s: Array) -> None:
+    """Refuse a wind that no room has; missing values are often filled with -9999 or 1e20."""
+    most = float(np.max(np.abs(wind_m_s), initial=0.0))
+    if most > MOST_M_S:
+        raise bad_file(path, f"its wind is up to {most:.3g} m/s, and more than {MOST_M_S:g} is none: a fill value, or another unit")
 
 
 def bad_file(path: Path, what: str) -> BadInput:

@@ -44,10 +44,15 @@ class FieldSeries:
                 _add_interpolated(self.values[frame], np.ascontiguousarray((places_m - self.low_m) / self.step_m), weight, out)
         return out
 
-    def inside(self, place_m: Array, margin_steps: float = 0.0) -> bool:
-        """Whether a place (3,) m lies on the grid, or at most so many of its steps beyond."""
-        margin_m = margin_steps * self.step_m
-        return bool(np.all(place_m >= self.low_m - margin_m) and np.all(place_m <= self.high_m + margin_m))
+    def inside(self, place_m: Array) -> bool:
+        """Whether a place (3,) m lies on the grid."""
+        return bool(np.all(place_m >= self.low_m) and np.all(place_m <= self.high_m))
+
+    def covers(self, place_m: Array) -> bool:
+        """Whether a place (3,) m lies on the grid or within a step of it: cell centres begin half a cell above the floor. A single layer
+        is the same everywhere across it."""
+        near = (place_m >= self.low_m - self.step_m) & (place_m <= self.high_m + self.step_m)
+        return bool(np.all(near | (np.array(self.values.shape[1:4]) == 1)))
 
 
 @compiled

@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 
 from hardware.air.air_recording import AirRecording, Puffs, check_size
-from hardware.air.cell_centres import read_cell_centres
+from hardware.air.cell_centres import csv_files, read_cell_centres
 from hardware.air.emitter import Emitter
 from hardware.air.filament import Filament, LiveFilament
 from hardware.air.gaden import read_gaden
@@ -28,6 +28,7 @@ from oio.core.settings import Within, settings
 
 AFTER_END = ("hold", "repeat")
 SPIN_UP_STEP_S = 0.1
+ZIP = b"PK"  # with which an NPZ begins
 
 
 @settings
@@ -103,7 +104,7 @@ class ImportedWind:
         if wind is None:
             raise BadInput(f"{self.path} has gas, but no wind. Type air=imported_gas air.path={self.path}.")
         _check_begin(self.path, self.begins_s, wind.t_s)
-        if not wind.inside(np.array(self.base_m), margin_steps=1.0):  # cell centres begin half a cell above the floor
+        if not wind.covers(np.array(self.base_m)):
             low, high = np.round(wind.low_m, 3).tolist(), np.round(wind.high_m, 3).tolist()
             raise BadInput(f"air.base_m is {list(self.base_m)}, but the wind in {self.path} is known from {low} to {high} m.")
         return LiveImportedWind(self, wind, disturbance)
@@ -143,14 +144,14 @@ class LiveImportedWind(LiveFilament):
 
 @functools.lru_cache(maxsize=4)
 def _read(path: Path, frame_s: float, changed_ns: int) -> AirRecording:
-    if path.suffix.lower() == ".csv" or (path.is_dir() and any(path.glob("*.csv"))):
-        return read_cell_centres(path, frame_s)
     if path.is_dir():
-        return read_gaden(path, frame_s)
+        return read_cell_centres(path, frame_s) if csv_files(path) else read_gaden(path, frame_s)
     check_size(path, path.stat().st_size)
     with path.open("rb") as file:
         begin = file.read(len(HDF5))
-    return read_netcdf(path) if begin.startswith(CDF) or begin == HDF5 else read_npz(path)
+    if begin.startswith(CDF) or begin == HDF5:
+        return read_netcdf(path)
+    return read_npz(path) if begin.startswith(ZIP) or path.suffix == ".npz" else read_cell_centres(path, frame_s)
 
 
 def read_air(name: str, frame_s: float) -> AirRecording:

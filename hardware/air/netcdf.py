@@ -1,7 +1,8 @@
 """Air in a NetCDF: variables t, x, y, z, and u, v, w, c of all four, each with an attribute `units`; NetCDF-4 through the package netCDF4.
 
-Dimensions may stand in any order if they are named as the axes are. Packed values are unpacked (scale_factor, add_offset), and missing ones
-(_FillValue, missing_value) are refused. With gas also the global attributes `source_m` and `rate_ml_s`.
+Dimensions may stand in any order: the axes say which is which. An axis that falls is turned round; a steady field needs no t. Packed values
+are unpacked (scale_factor, add_offset), and missing ones (_FillValue, missing_value) are refused. With gas also the global attributes
+`source_m` and `rate_ml_s`.
 """
 
 from pathlib import Path
@@ -15,8 +16,9 @@ from hardware.air.units import factor
 from oio.core.records import Array
 
 KINDS = {"t": "time", "x": "length", "y": "length", "z": "length", "u": "speed", "v": "speed", "w": "speed", "c": "concentration"}
-ALSO = {"time": "t"}
+ALSO = {"t": "time"}  # a variable t beside time is another thing
 AXES = "txyz"
+FIELDS = {"u", "v", "w", "c"}
 HDF5 = b"\x89HDF\r\n\x1a\n"
 CDF = b"CDF"
 
@@ -37,11 +39,16 @@ def read_netcdf(path: Path) -> AirRecording:
 
 
 def _contents(path: Path) -> tuple[dict[str, Array], Any, Any]:
-    """Variables in SI units and ppm, the source's place and its emission."""
+    """Variables in SI units and ppm, along t, x, y and z; the source's place and its emission."""
     try:
         with _opened(path) as file:
-            named = {ALSO.get(name, name): variable for name, variable in file.variables.items()}
-            data = {name: _converted(path, name, variable) for name, variable in named.items() if name in KINDS}
+            given = dict(file.variables.items())
+            named = {name: given[also] if (also := ALSO.get(name)) in given else given.get(name) for name in KINDS}
+            found = {name: variable for name, variable in named.items() if variable is not None}
+            axis_of = {found[axis].dimensions[0]: axis for axis in AXES if axis in found and len(found[axis].dimensions) == 1}
+            data = {name: _converted(path, name, variable, axis_of) for name, variable in found.items()}
+            data.setdefault("t", np.zeros(1))
+            _turn_falling(data)
             return data, getattr(file, "source_m", None), getattr(file, "rate_ml_s", None)
     except (TypeError, OSError, ValueError, IndexError, AssertionError) as error:
         raise bad_file(path, f"it is no NetCDF that can be read ({error})") from None
@@ -61,10 +68,25 @@ def _opened(path: Path) -> Any:
     return Dataset(str(path))
 
 
-def _converted(path: Path, name: str, variable: Any) -> Array:
+def _turn_falling(data: dict[str, Array]) -> None:
+    """Turn axes that fall, as heights from the ceiling down, and all fields along them, in place."""
+    for i, axis in enumerate(AXES):
+        if axis in data and data[axis].ndim == 1 and len(data[axis]) > 1 and np.all(np.diff(data[axis]) < 0.0):
+            data[axis] = data[axis][::-1]
+            for name in FIELDS & data.keys():
+                data[name] = np.flip(data[name], axis=i)
+
+
+def _converted(path: Path, name: str, variable: Any, axis_of: dict[str, str]) -> Array:
     given = getattr(variable, "units", b"")
     text = given.decode("utf-8", "replace") if isinstance(given, bytes) else str(given)
     unit = text.partition(" since ")[0].strip()  # as of `seconds since 2026-01-01`: only differences of time matter
     values = np.ma.filled(np.ma.asarray(variable[:], dtype=np.float64), np.nan) * factor(KINDS[name], unit, f"{path}: variable '{name}'")
-    order = [ALSO.get(dimension, dimension) for dimension in variable.dimensions]
-    return np.asarray(values.transpose([order.index(axis) for axis in AXES]) if sorted(order) == sorted(AXES) else values)
+    order = "".join(axis_of.get(dimension, "?") for dimension in variable.dimensions)
+    if name not in FIELDS:
+        return np.asarray(values)
+    if sorted(order) == sorted("xyz"):  # a steady field
+        values, order = values[None], "t" + order
+    if sorted(order) != sorted(AXES):
+        raise bad_file(path, f"'{name}' has the dimensions {', '.join(variable.dimensions)}, but those of t, x, y and z are wanted")
+    return np.asarray(values.transpose([order.index(axis) for axis in AXES]))

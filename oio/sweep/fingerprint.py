@@ -17,6 +17,7 @@ from oio.core.folders import CONF, ROOT
 
 CODE = ("oio", "pipelines", "hardware")
 SUFFIXES = (".py", ".xml", ".stl", ".yaml", ".csv", ".npz")
+FILE_KEYS = {"path", "file", "log", "calibration", "answers", "homing", "mjcf"}  # keys whose value names a file, also a plain word
 NO_RESULT = (
     "oio/api",
     "oio/bench",
@@ -86,8 +87,9 @@ def input_files(cfg: DictConfig) -> dict[str, str]:
     and the code of other packages that it builds from (`_target_`)."""
     found = {str(file): hash_of(file) for package in _packages(cfg) for file in _code(package)}
     data = Path(os.environ.get("OIO_DATA", "data"))
-    for text in sorted(set(_texts(cfg))):
-        named = [Path(text)] if "." in text or "/" in text else []  # a plain word is a choice, not a file
+    for key, text in sorted(set(_entries(cfg))):
+        is_file = key in FILE_KEYS or "." in text or "/" in text  # elsewhere a plain word is a choice
+        named = [Path(text).expanduser()] if is_file and text else []
         for path in (*named, data / text) if 0 < len(text) < 1024 else ():
             found |= {str(file): hash_of(file) for file in _files(path) if not file.resolve().is_relative_to(ROOT / "hardware")}
     return found
@@ -126,10 +128,6 @@ def hash_of(path: Path) -> str:
 def _hash(path: Path, size: int, mtime_ns: int) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]
-
-
-def _texts(node: object) -> Iterator[str]:
-    return (text for _, text in _entries(node))
 
 
 def _entries(node: object, key: str = "") -> Iterator[tuple[str, str]]:

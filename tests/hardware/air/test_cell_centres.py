@@ -68,16 +68,31 @@ def test_a_linear_wind_stays_linear_up_to_the_walls_and_no_node_is_faster_than_i
     assert np.max(grid[..., 0]) <= np.max(linear(p)[:, 0]) and np.min(grid[..., 0]) >= np.min(linear(p)[:, 0])
 
 
-def test_there_is_no_wind_inside_an_obstacle():
-    """A block of 40 cm in a uniform wind: no mesh, no wind there; a finer mesh at its sides changes nothing."""
+@pytest.mark.parametrize("flat", [1.0, 0.5, 0.1, 0.05])
+def test_flat_cells_are_no_holes(flat):
+    """A structured mesh whose cells are flat has the wind it was given everywhere; so has one that grows from the floor."""
+    axes = [np.arange(0.0, 1.01, 0.1), np.arange(0.0, 1.01, 0.1), np.arange(0.0, 0.61, 0.1 * flat)]
+    p = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    _, step, grid = resampled(p, np.column_stack([0.2 + 0.1 * p[:, 2], 0.1 * p[:, 0], 0.0 * p[:, 0]]))
+    np.testing.assert_allclose(step, [0.1, 0.1, 0.1 * flat], rtol=0.01)
+    np.testing.assert_allclose(grid[..., 0], np.broadcast_to(0.2 + 0.1 * axes[2], grid.shape[:3]), atol=1e-4)
+    np.testing.assert_allclose(grid[..., 1], np.broadcast_to(0.1 * axes[0][:, None, None], grid.shape[:3]), atol=1e-4)
+
+
+def test_layers_that_grow_from_the_floor_keep_their_wind():
+    z = np.cumsum(0.002 * 1.2 ** np.arange(20))
+    xy = np.arange(0.025, 1.0, 0.05)
+    p = np.stack(np.meshgrid(xy, xy, z, indexing="ij"), axis=-1).reshape(-1, 3)
+    _, _, grid = resampled(p, np.tile([0.2, 0.0, 0.0], (len(p), 1)))
+    np.testing.assert_allclose(grid[..., 0], 0.2, atol=1e-9)
+
+
+def test_behind_an_obstacle_is_the_wind_of_the_nearest_cells():
     middle, half_m = np.array([0.1, 0.0, 0.3]), 0.2
-    p = np.concatenate([cells(), cells(seed=1)[::9]])
+    p = cells()
     p = p[np.any(np.abs(p - middle) > half_m, axis=1)]
-    low, step, grid = resampled(p, np.tile([0.3, 0.0, 0.0], (len(p), 1)))
-    nodes = low + step * np.stack(np.meshgrid(*(np.arange(n) for n in grid.shape[:3]), indexing="ij"), axis=-1)
-    depth = half_m - np.max(np.abs(nodes - middle), axis=-1)
-    assert np.all(grid[depth > 0.15] == 0.0) and np.any(depth > 0.15)  # three cells behind its sides
-    np.testing.assert_allclose(grid[depth < 0.0], np.broadcast_to([0.3, 0.0, 0.0], grid[depth < 0.0].shape), atol=1e-6)
+    _, _, grid = resampled(p, np.tile([0.3, 0.0, 0.0], (len(p), 1)))
+    np.testing.assert_allclose(grid, np.broadcast_to([0.3, 0.0, 0.0], grid.shape), atol=1e-6)
 
 
 def test_a_mesh_of_one_layer_is_the_same_at_every_height(tmp_path):
@@ -88,14 +103,61 @@ def test_a_mesh_of_one_layer_is_the_same_at_every_height(tmp_path):
     np.testing.assert_allclose(wind.at(0.0, np.array([[0.1, 0.1, 0.9]])), linear(np.array([[0.1, 0.1, 0.25]])), atol=2e-5)
 
 
-def test_numbered_files_are_moments_of_one_wind_in_the_order_of_their_numbers(tmp_path):
+def moments(folder, names, shuffled=False):
+    p, rng = cells(), np.random.default_rng(5)
+    folder.mkdir(exist_ok=True)
+    for k, name in enumerate(names):
+        order = rng.permutation(len(p)) if shuffled else np.arange(len(p))
+        write(folder / name, p[order], (linear(p) + k)[order])
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("names", "frame_s"),
+    [
+        (["wind_at_cell_centers_0.csv", "wind_at_cell_centers_1.csv", "wind_at_cell_centers_2.csv"], 0.5),
+        (["U_8.csv", "U_9.csv", "U_10.csv"], 0.5),  # not as words
+        (["U_0.8.csv", "U_0.9.csv", "U_1.0.csv"], 0.1),
+        (["wind_0.CSV", "wind_1.csv", "wind_2.Csv"], 0.5),
+        (["t=0.csv", "t=0.5.csv", "t=1.csv"], 0.5),
+    ],
+)
+def test_numbered_files_are_moments_of_one_wind_in_the_order_of_their_numbers(tmp_path, names, frame_s):
+    wind = read_air(str(moments(tmp_path / "air", names, shuffled=True)), frame_s).wind
+    here = np.array([[0.1, 0.1, 0.3]])
+    np.testing.assert_allclose(wind.t_s, frame_s * np.arange(3))
+    for k in (0, 0.5, 1, 2):
+        np.testing.assert_allclose(wind.at(k * frame_s, here), linear(here) + k, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (["wind_0.csv", "wind_1.csv", "wind_3.csv"], r"not equally spaced \(0, 1, 3\): a moment is missing"),
+        (["wind_0.csv", "wind_00.csv"], "there twice"),
+        (["wind_0.csv", "last.csv"], "their names must be one word and a number"),
+        (["p_0.csv", "wind_1.csv"], "their names must be one word and a number"),
+        (["U_0.25.csv", "U_0.5.csv"], r"0\.25 apart by their names, but air\.frame_s is 0\.5\. Type air\.frame_s=0\.25"),
+    ],
+)
+def test_a_folder_that_is_no_series_is_refused(tmp_path, names, said):
+    with pytest.raises(BadInput, match=said):
+        read_air(str(moments(tmp_path / "air", names)), 0.5)
+
+
+def test_moments_on_other_meshes_are_refused(tmp_path):
     p = cells()
-    for k in (0, 2, 10):
-        write(tmp_path / f"wind_at_cell_centers_{k}.csv", p, linear(p) + k)
-    wind, here = read_air(str(tmp_path), 0.5).wind, np.array([[0.1, 0.1, 0.3]])
-    np.testing.assert_array_equal(wind.t_s, [0.0, 0.5, 1.0])
-    for t, added in ((0.0, 0.0), (0.25, 1.0), (0.5, 2.0), (1.0, 10.0)):
-        np.testing.assert_allclose(wind.at(t, here), linear(here) + added, rtol=1e-4)
+    write(tmp_path / "wind_0.csv", p, linear(p))
+    write(tmp_path / "wind_1.csv", p + 0.01, linear(p))
+    with pytest.raises(BadInput, match=r"wind_1\.csv: its cell centres are not those of wind_0\.csv"):
+        read_air(str(tmp_path), 1.0)
+
+
+@pytest.mark.parametrize("name", ["wind.csv", "empty"])
+def test_a_folder_without_a_table_is_refused_whatever_its_name(tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(BadInput, match="neither a CSV of wind nor GADEN's"):
+        read_air(str(tmp_path / name), 1.0)
 
 
 def test_a_large_mesh_is_thinned_to_what_memory_holds(monkeypatch):
@@ -106,39 +168,70 @@ def test_a_large_mesh_is_thinned_to_what_memory_holds(monkeypatch):
     np.testing.assert_allclose(low + step * (np.array(grid.shape[:3]) - 1), np.max(p, axis=0))
 
 
+GOOD = "".join(f"{x / 10},{y / 10},{z / 10},0.1,0.2,0.3\n" for x in range(3) for y in range(3) for z in range(3))
+
+
+@pytest.mark.parametrize(
+    ("header", "changed"),
+    [
+        ("# x,y,z,u,v,w", None),
+        ("% x,y,z,u,v,w", None),
+        ("x,y,z,U,Vx,Vy,Vz", lambda row: [*row[:3], "9.9", *row[3:]]),  # a magnitude beside its components
+        ("x,y,z,V,Vx,Vy,Vz", lambda row: [*row[:3], "9.9", *row[3:]]),
+        (",x,y,z,u,v,w", lambda row: ["7", *row]),  # an index without a name
+        ('x,y,z,u,v,w,"Temperature (°C)"', lambda row: [*row, "20"]),
+        ("name,x,y,z,u,v,w", lambda row: ['"room, north"', *row]),
+        ("x,y,z,u,v,w", lambda row: [f'"{cell}"' for cell in row]),
+        ("x,y,z,u,v,w", lambda row: [*row, "", ""]),  # delimiters at the end
+        ("X_m,x,y,z,u,v,w", lambda row: ["5", *row]),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(("encoding", "end"), [("utf-8", "\n"), ("utf-16", "\r\n"), ("latin-1", "\r")])
+def test_what_surrounds_the_columns_does_not_matter(tmp_path, header, changed, encoding, end):
+    rows = [row.split(",") for row in GOOD.splitlines()]
+    lines = [header, *(",".join(row if changed is None else changed(row)) for row in rows), ""]
+    (tmp_path / "wind.csv").write_bytes(end.join(lines).encode(encoding))
+    wind = read_cell_centres(tmp_path / "wind.csv", 1.0).wind
+    np.testing.assert_allclose(wind.step_m, 0.1)
+    np.testing.assert_allclose(wind.values[0], np.broadcast_to([0.1, 0.2, 0.3], (3, 3, 3, 3)), atol=1e-6)
+
+
+def test_blanks_separate_units_are_kept_and_a_hash_is_no_column(tmp_path):
+    rows = GOOD.replace(",", "  ")
+    for header in ("# x y z u v w", "X (cm)  Y (cm) Z (cm) u (cm/s) v (cm/s) w (cm/s)", '"X [ cm ]" "Y [ cm ]" "Z [ cm ]" u v w'):
+        (tmp_path / "wind.txt").write_text(f"{header}\n{rows}")
+        wind = read_air(str(tmp_path / "wind.txt"), 1.0 + len(header)).wind
+        np.testing.assert_allclose(wind.step_m, 0.001 if "cm" in header else 0.1)
+        np.testing.assert_allclose(wind.values[..., 0], 0.001 if "cm/s" in header else 0.1, rtol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("2, 0, 0\n1, 0.5, 0.2\n", "no line names x, y, z and the wind u, v, w.*the first is '2, 0, 0'"),
+        ("2, 0, 0\n1, 0.5, 0.2\n", "no line names the places x, y, z and the wind u, v, w.*the first is '2, 0, 0'"),
         ("", "no line names"),
-        ("x,y,z,u,v\n1,2,3,4,5\n", "no line names"),
-        ("x,y,z,u,v,w\n0,0,0,1,fast,3\n", "there are not only numbers"),
-        ("x,y,z,u,v,w\n0,0,0,1\n", "there are not only numbers"),
+        ("x,y,z,u,v\n1,2,3,4,5\n", "line 1 lacks w"),
+        ("x,y,u,v\n1,2,3,4\n", "line 1 lacks z; line 1 lacks w"),
+        ("x,y,z,u,v,w\n0,0,0,1,fast,3\n", "line 2 has 'fast' where its header has a number"),
+        ("x;y;z;u;v;w\n0;0;0,5;1;2;3\n", "line 2 has '0,5' where its header has a number; export with decimal points"),
+        ("x,y,z,u,v,w\n0,0,0,1\n", "line 2 has 4 cells, but its header names 6"),
+        ("x,y,z,u,v,w\n0,0,0,1,2,3\n1,0,0,0,0,0,1,0,2,0,3,0\n", "line 3 has 12 cells, but its header names 6"),
+        ("x,y,z,u,v,w\n[Name]\n", "line 2 has 1 cells"),
         ("x,y,z,u,v,w\n0,0,0,1,2,nan\n", "1 of 1 rows have values that are not finite"),
         ("x,y,z,u,v,w\n", "it has 0 rows"),
-        ("x,y,z,u,v,w\n" + "0,0,0,1,2,3\n" * 20, "it has 20 rows at different places"),
+        ("x,y,z,u,v,w\n" + "0,0,0,1,2,3\n" * 20, "it has 1 rows at different places"),
+        ("x,y,z,u,v,w\n" + GOOD + GOOD.replace("0.2,0.3", "-0.2,0.3"), "27 places have two winds; export one moment"),
+        ("x,y,z,u,v,w\n" + GOOD + "1,1,1,-9999,-9999,-9999\n", r"its wind is up to 1e\+04 m/s, and more than 100 is none"),
         ("x (km),y (km),z (km),u,v,w\n0,0,0,1,2,3\n", "column 'x \\(km\\)' has the unit 'km', but a length is in m, "),
+        ("x,y,z,Points:0,Points:1,Points:2,u,v,w\n", "its columns 'points:0' and 'x' could both be meant"),
+        ("x,y,z,U,u,v,w\n", "two of its columns are named 'u', if capitals do not count"),
+        ("PK\x03\x04", "a ZIP archive or a spreadsheet"),
     ],
 )
 def test_what_is_no_wind_of_cell_centres_is_refused(tmp_path, text, said):
     (tmp_path / "wind.csv").write_text(text)
     with pytest.raises(BadInput, match=said):
         read_cell_centres(tmp_path / "wind.csv", 1.0)
-
-
-def test_bytes_and_other_meshes_and_names_without_a_number_are_refused(tmp_path):
-    (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00x")
-    with pytest.raises(BadInput, match="it is no text"):
-        read_cell_centres(tmp_path / "bytes.csv", 1.0)
-    folder, p = tmp_path / "moments", cells()
-    folder.mkdir()
-    write(folder / "wind_0.csv", p, linear(p))
-    write(folder / "wind_1.csv", p + 0.01, linear(p))
-    with pytest.raises(BadInput, match=r"wind_1\.csv: its cell centres are not those of wind_0\.csv"):
-        read_cell_centres(folder, 1.0)
-    (folder / "wind_1.csv").rename(folder / "last.csv")
-    with pytest.raises(BadInput, match="each name must end with a number of its own"):
-        read_cell_centres(folder, 1.0)
 
 
 def test_puffs_go_with_the_wind_of_a_mesh(tmp_path):

@@ -52,21 +52,25 @@ def npz(folder, **change):
     return str(folder / "air.npz")
 
 
-def netcdf(folder, units=(("x", "m"), ("u", "m/s"), ("c", "ppm"), ("t", "s")), drop=(), rate=RATE, open_=classic, order="txyz", t="t"):
+UNITS = ("x", "m"), ("u", "m/s"), ("c", "ppm"), ("t", "s")
+
+
+def netcdf(folder, units=UNITS, drop=(), rate=RATE, open_=classic, order="txyz", t="t", dims=None, falls=""):
     path, unit = folder / "air.nc", dict(units)
     with open_(str(path)) as file:
         file.source_m, file.rate_ml_s = SOURCE, rate
-        named = dict(zip("txyz", (t, "x", "y", "z"), strict=True))
+        named = dict(zip("txyz", dims or (t, "x", "y", "z"), strict=True))
         for name, axis in zip("txyz", (T, X, Y, Z), strict=True):
             file.createDimension(named[name], len(axis))
-            variable = file.createVariable(named[name], "d", (named[name],))
-            variable[:] = axis
+            variable = file.createVariable(t if name == "t" else name, "d", (named[name],))
+            variable[:] = axis[::-1] if name in falls else axis
             variable.units = unit["t"] if name == "t" else unit["x"]
         fields = {"u": wind()[..., 0], "v": wind()[..., 1], "w": wind()[..., 2], "c": linear_ppm()}
         for name, field in fields.items():
             if name not in drop:
                 variable = file.createVariable(name, "d", tuple(named[axis] for axis in order))
-                variable[:] = field.transpose(["txyz".index(axis) for axis in order])
+                turned = np.flip(field, [i for i, axis in enumerate("txyz") if axis in falls])
+                variable[:] = turned.transpose(["txyz".index(axis) for axis in order])
                 variable.units = unit["c"] if name == "c" else unit["u"]
     return str(path)
 
@@ -154,6 +158,18 @@ def test_dimensions_may_have_the_order_and_time_the_words_of_the_climate_convent
     np.testing.assert_array_equal(other.gas.values, plain.gas.values)
     np.testing.assert_array_equal(other.wind.values, plain.wind.values)
     np.testing.assert_array_equal(other.wind.t_s, plain.wind.t_s)
+
+
+@pytest.mark.parametrize("make", [netcdf, netcdf4])
+def test_axes_say_which_dimension_is_theirs_and_may_fall(tmp_path, make):
+    """Dimensions of other names, as of WRF, and heights from the ceiling down."""
+    first, second = tmp_path / "own", tmp_path / "other"
+    first.mkdir(), second.mkdir()
+    plain = read_air(make(first), 1.0)
+    other = read_air(make(second, order="tzyx", dims=("Time", "west_east", "south_north", "bottom_top"), falls="z"), 1.0)
+    np.testing.assert_array_equal(other.gas.values, plain.gas.values)
+    np.testing.assert_array_equal(other.wind.values, plain.wind.values)
+    np.testing.assert_array_equal(other.wind.low_m, plain.wind.low_m)
 
 
 @pytest.mark.parametrize("open_", [classic, lambda path: netCDF4.Dataset(path, "w")])

@@ -77,6 +77,19 @@ def test_a_byte_of_a_recording_makes_it_another_run(tmp_path):
     assert not store.restore(JOB, tmp_path / "out2")
 
 
+def test_a_plain_word_is_a_file_where_a_key_names_files(tmp_path, monkeypatch):
+    """air.path=wind, the folder beside: a sweep would take old results for new ones when its files change."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wind").mkdir()
+    (tmp_path / "wind" / "wind_0.csv").write_text("1")
+    cfg = OmegaConf.create({"air": {"path": "wind", "name": "wind"}})
+    first = input_files(cfg)
+    assert [Path(name).name for name in first] == ["wind_0.csv"]
+    (tmp_path / "wind" / "wind_0.csv").write_text("22")
+    assert input_files(cfg) != first
+    assert input_files(OmegaConf.create({"air": {"name": "wind"}})) == {}
+
+
 @pytest.mark.parametrize("recording", ["airscout32", "co2_scd30x4", "orebro3dsen"])
 def test_every_recording_is_among_the_files_that_a_run_reads(composed, recording):
     data = Path(os.environ.get("OIO_DATA", "data"))
