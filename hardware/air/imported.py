@@ -163,7 +163,12 @@ def read_air(name: str, frame_s: float) -> AirRecording:
             f"air.path is {name}, but there is no such file or folder. Type air.path=FILE: an NPZ, a NetCDF, GADEN's results, "
             "or, of a wind, a CSV of cell centres."
         )
-    return _read(path, frame_s, path.stat().st_mtime_ns)
+    return _read(path, frame_s, _changed_ns(path))
+
+
+def _changed_ns(path: Path) -> int:
+    """When a file, or the latest of a folder, was last written: what is overwritten in a folder leaves the folder's own time as it was."""
+    return max(int(p.stat().st_mtime_ns) for p in (path, *(path.rglob("*") if path.is_dir() else ())))
 
 
 def _check_after_end(after_end: str) -> None:

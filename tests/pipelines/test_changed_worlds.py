@@ -13,7 +13,7 @@ FAR_M = 0.03  # three times stop.sd_m
 
 @pytest.mark.slow
 def test_a_changed_wind_a_second_source_and_a_fading_one_are_found_and_declared():
-    """ndir in a draft, the hardest of still air and draft: 5 of 8 declared, errors of 4 to 15 mm. With 120 moves 1 of 16 was, on other seeds."""
+    """ndir in a draft: 5 of 8 declared, errors of 4 to 15 mm. With 120 moves 1 of 16 was, on other seeds."""
     found = [run_trial(("sensor=ndir", "air=draft", "dof=5", f"world={world}"), seed)["calibrated"] for world in WORLDS for seed in SEEDS]
     declared = [outcome for outcome in found if outcome["found"]]
     assert len(declared) >= len(found) / 2

@@ -1,5 +1,7 @@
 """Wind of a CFD mesh from CSV: what several programs write says the same, a linear wind stays linear, and what is not right is refused."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -143,6 +145,15 @@ def test_numbered_files_are_moments_of_one_wind_in_the_order_of_their_numbers(tm
 def test_a_folder_that_is_no_series_is_refused(tmp_path, names, said):
     with pytest.raises(BadInput, match=said):
         read_air(str(moments(tmp_path / "air", names)), 0.5)
+
+
+def test_a_file_that_was_overwritten_in_its_folder_is_read_again(tmp_path):
+    p, here = cells(), np.array([[0.1, 0.1, 0.3]])
+    path = write(tmp_path / "wind_0.csv", p, linear(p))
+    first = read_air(str(tmp_path), 1.0).wind.at(0.0, here)
+    write(path, p, linear(p) + 1.0)
+    os.utime(path, ns=(path.stat().st_atime_ns, path.stat().st_mtime_ns + 1_000_000_000))
+    np.testing.assert_allclose(read_air(str(tmp_path), 1.0).wind.at(0.0, here), first + 1.0, rtol=1e-4)
 
 
 def test_moments_on_other_meshes_are_refused(tmp_path):
