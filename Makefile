@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 PY := $(VENV)/bin/python
 
-.PHONY: run test test-all bench lint format docs venv lock clean help
+.PHONY: run wheel test test-all bench lint format docs venv lock clean help
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -17,10 +17,16 @@ $(VENV)/.ready: requirements-dev.lock pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
 	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(PY) -c 'from oio.cli.first_compile import first_compile; first_compile()'
 	@touch $@
 
 run: venv  ## one whole calibration and search in simulation
 	$(PY) -m oio.run sensor=ec dof=5
+
+wheel: venv  ## a wheel in dist/ that brings its compiled code, for this Python and system
+	rm -rf build/compiled
+	$(PY) -m oio.cli.ship_compiled build/compiled
+	OIO_COMPILED=build/compiled $(PY) -m hatchling build -t wheel -d dist
 
 lint: venv  ## format, style, types, import contracts
 	$(PY) -m ruff format --check .

@@ -12,10 +12,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def built(kind: str, root: Path, out: Path) -> Path:
+def built(kind: str, root: Path, out: Path, **env: str) -> Path:
     """A wheel or an sdist of a source tree."""
     line = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(out)]
-    subprocess.run(line, cwd=root, check=True, capture_output=True)
+    subprocess.run(line, cwd=root, check=True, capture_output=True, env={**os.environ, **env})
     (made,) = out.iterdir()
     return made
 
@@ -54,3 +54,23 @@ def test_a_wheel_of_the_sdist_is_the_same_wheel(wheel, tmp_path):
         assert one.namelist() == other.namelist()
         assert all(one.read(name) == other.read(name) for name in one.namelist())
     assert (source / "Makefile").is_file() and (source / "tests" / "conftest.py").is_file()
+
+
+@pytest.mark.slow
+def test_with_its_compiled_code_the_first_run_compiles_nothing(tmp_path):
+    """As `make wheel` does it: 40 s less for whoever installs it."""
+    code, installed, cache = tmp_path / "code", tmp_path / "installed", tmp_path / "cache"
+    subprocess.run([sys.executable, "-m", "oio.cli.ship_compiled", str(code)], cwd=ROOT, check=True)
+    wheel = built("wheel", ROOT, tmp_path / "wheel", OIO_COMPILED=str(code))
+    assert f"-cp{sys.version_info.major}{sys.version_info.minor}-" in wheel.name and wheel.stat().st_size < 5e6
+    with zipfile.ZipFile(wheel) as packed:
+        packed.extractall(installed)
+    where = {**os.environ, "PYTHONPATH": str(installed), "NUMBA_CACHE_DIR": str(cache)}
+    shipped = {path.name for path in installed.rglob("*.nbc")}
+    assert len(shipped) > 55
+    for words in (["sensor=ec", "dof=5"], ["sensor=ndir", "dof=3", "air=draft"]):
+        line = [sys.executable, "-P", "-m", "oio", *words, "report=false", "stage.navigate.max_moves=20"]
+        done = subprocess.run(line, cwd=tmp_path, env=where, capture_output=True, text=True, check=False)
+        assert done.returncode in (0, 3), done.stderr
+        assert "compiling" not in done.stderr
+        assert {path.name for path in cache.rglob("*.nbc")} == shipped

@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -13,6 +13,7 @@ from oio.api import array_input
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
 from oio.core.interfaces import Sensor
+from oio.core.shipped_code import use_shipped
 from oio.kinematics.arm import Arm
 
 MARGIN_M = 0.3  # of the box about a nose path, in which its source is looked for
@@ -34,6 +35,8 @@ class Setup:
     overrides: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        with suppress(OSError):  # a cache that cannot be written is none
+            use_shipped()
         with in_one_paragraph():
             from oio.cli.unread_keys import refuse_unread
 

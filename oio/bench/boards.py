@@ -43,7 +43,7 @@ class BoardTrial:
 class Row:
     """Trials of one case; brackets are 95 % intervals: Wilson's of shares, bootstrap of medians and mean differences.
 
-    Differences are in pairs, with the first board in the same air, with the same search and seed.
+    Differences are in pairs, with the first board under the first search, in the same air and with the same seed.
     """
 
     trials: int
@@ -72,11 +72,15 @@ class Row:
 
 
 def rows(trials: Sequence[BoardTrial]) -> dict[BoardCase, Row]:
-    """Return a row per case, in the order of their first trials; each is compared with the first board of its kind."""
+    """Return a row per case, in the order of their first trials; each is compared with the first of its sensor and air."""
     cases = list(dict.fromkeys(trial.case for trial in trials))
     scores = {case: {t.seed: t.score for t in trials if t.case == case} for case in cases}
-    firsts = {c.case: c for c in reversed(cases)}
-    return {case: _row(scores[case], scores[firsts[case.case]]) for case in cases}
+    firsts = {_room(case): case for case in reversed(cases)}
+    return {case: _row(scores[case], scores[firsts[_room(case)]]) for case in cases}
+
+
+def _room(case: BoardCase) -> Case:
+    return case.case._replace(search="any")
 
 
 def _row(by_seed: dict[int, Score | None], first: dict[int, Score | None]) -> Row:

@@ -21,9 +21,13 @@ from oio.cli.compose import compose
 from oio.core.folders import ROOT
 from oio.core.records import GasReading, JointState, nanoseconds
 from oio.estimators.odometry import Odometry
-from oio.inference.map_fit import Fit
+from oio.gas.range_law import LAW, concentration
+from oio.inference.beacon_fit import beacon_problem
+from oio.inference.map_fit import Fit, solve
 from oio.inference.prior import cold_prior
+from oio.inference.rise_and_fall import rise_and_fall
 from oio.kinematics.arm import Arm
+from oio.search.view import View
 
 FOR_S, EVERY_S = 12.0, 0.1  # of readings; half of them before a filter begins
 SIGMA_PPM = 0.2  # of a reading
@@ -68,7 +72,7 @@ class Example:
 
 
 def compile_filter() -> None:
-    """The filter: prediction and update."""
+    """The filter, prediction and update, and the move that it asks for."""
     example = Example()
     odometry = example.odometry
     example.feed(0.0, FOR_S / 2)
@@ -76,6 +80,9 @@ def compile_filter() -> None:
     odometry.locate(1, made=(Fit(known.layout, known.mean, known.cov, 0.0, 1.0, model.fluctuation, 2, model.law),))
     example.feed(FOR_S / 2, FOR_S)
     odometry.nose()
+    view = View(example.arm, odometry.model, odometry.belief, odometry.hypotheses, (), 1.0, 0.0, known.mean[:LAW])
+    example.part("search").propose(view, np.random.default_rng(1))
+    concentration(example.arm.nose(example.arm.home[None]), np.array(view.law), model.law.r_ref_m, model.law.radius_m)
 
 
 def compile_map() -> None:
@@ -87,6 +94,10 @@ def compile_map() -> None:
     readings, belief_map = example.odometry.trace.as_arrays(), example.part("belief_map")
     belief_map.as_calibrated.locate(readings, prior)
     belief_map.locate(readings, swaying)
+    clean_air = np.zeros(example.part("nominal").elements), np.ones(example.part("nominal").elements)
+    place = example.arm.nose(example.arm.home) + 0.1, 0.005
+    beacon = beacon_problem(readings, example.arm, example.part("range_law"), example.part("nominal"), clean_air, place)
+    rise_and_fall(beacon, solve(beacon, beacon.mean, swaying.model.fluctuation))
 
 
 def compile_world() -> None:

@@ -13,6 +13,7 @@ from oio.cli import terminal
 from oio.core import interrupt
 from oio.core.compiled import NUMBA, complete_mark
 from oio.core.folders import ROOT
+from oio.core.shipped_code import use_shipped
 
 NAMES = ("map", "filter", "world")  # of the pieces, longest first
 LOOK_S = 0.05
@@ -20,13 +21,16 @@ SAYS = "compiling for this computer, once after an install: less than a minute"
 
 
 def first_compile(quiet: bool = False) -> None:
-    """Fill the cache of compiled functions, unless that was done with these sources on this kind of processor.
+    """Fill the cache of compiled functions, unless that was done with these sources on this kind of processor, or the wheel brought them.
 
     Of several processes one does it, the others wait. What fails here is compiled, or fails, where it is used. A stop ends it.
     """
     done = complete_mark()
-    if done.exists() or NUMBA.DISABLE_JIT:
+    if NUMBA.DISABLE_JIT or done.exists():
         return
+    with suppress(OSError):
+        if use_shipped():
+            return
     told = nullcontext() if quiet else terminal.console(stderr=True).status(SAYS)
     with suppress(OSError), done.with_name("compiling").open("w") as lock, told:  # a cache that cannot be written is none
         _locked(lock.fileno())

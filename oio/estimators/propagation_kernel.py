@@ -12,7 +12,7 @@ import numpy as np
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.fluctuation import lagged_ou_cross, lagged_ou_steps, with_sway
-from oio.gas.range_law import EXPONENT, KX, KY, KZ, LAW, concentration
+from oio.gas.range_law import EXPONENT, KX, KY, KZ, LAW, SX, SY, SZ, concentration_at
 from oio.gas.source_shape import MOST, against_nose, field_of_shape
 from oio.inference.step_constants import GasConstants
 from oio.kinematics.forward import SerialChain, nose_and_jacobian
@@ -36,7 +36,8 @@ def propagate(x: Array, dt: float, q: Array, dq: Array, chain: SerialChain, gas:
     rows, steps, numbers = np.empty((k, count, x.shape[1])), np.empty((k, OU * count + CROSS * (count - 1))), np.empty((count, 4, k))
     joints = q - 0.5 * dt * dq - new[:, :n]
     for e in range(count):
-        p, jac = nose_and_jacobian(joints, SerialChain(chain.poses, chain.axes, chain.kinds, chain.locked, gas.places_m[e]), True)
+        at_place = SerialChain(chain.poses, chain.axes, chain.kinds, chain.locked, gas.places_m[e])
+        p, jac = nose_and_jacobian(joints, at_place, bool(1))  # see `oio.kinematics.inverse`
         c, grad, by_nose, ou = _field_at_place(new, e, p, jac, dt, dq, gas, numbers[e])
         of_place = _propagate_gas(new, e, count, c, (grad, by_nose), jac, ou, dt)
         for i in range(k):  # numba compiles an array that is set to another for seconds: the words of an error go with it
@@ -64,10 +65,8 @@ def _field_at_place(
     tau, t, amplitude = np.empty(k), np.empty(k), np.empty(k)
     for i in range(k):
         theta = x[i, 3 * n : 3 * n + LAW]
-        c_i, grad_i, r_i, rarity_i = concentration(p[i : i + 1], theta, gas.r_ref_m, gas.radius_m)
-        c[i], r, rarity = c_i[0], r_i[0], rarity_i[0]
-        for j in range(LAW):
-            grad[i, j] = grad_i[0, j]
+        dx, dy, dz = p[i, 0] - theta[SX], p[i, 1] - theta[SY], p[i, 2] - theta[SZ]
+        c[i], r, rarity = concentration_at(dx, dy, dz, theta, gas.r_ref_m, gas.radius_m, grad[i])
         if gas.shape.kind:
             place, first = (p[i, 0], p[i, 1], p[i, 2]), (c[i], r, rarity)
             c[i], r, rarity = field_of_shape(place, theta, gas.shape, (gas.r_ref_m, gas.radius_m), first, grad[i], by_shape)
@@ -150,8 +149,8 @@ def apply_transition_transposed(a: Array, rows: Array, step: Array, dt: float, n
 @compiled
 def propagate_covariance(cov: Array, rows: Array, step: Array, dt: float, n: int, walk: Array, drift: float) -> Array:
     """Return F P F' + Q (N, N), symmetric to the bit."""
-    half = apply_transition(cov, rows, step, dt, n)
-    turned = np.empty((half.shape[1], half.shape[0]))  # half.T.copy(), of the same type as `cov`, so that it is compiled once
+    half = apply_transition(cov.copy(), rows, step, dt, n)  # a belief's is read-only: of one type with `turned`, it is compiled once
+    turned = np.empty((half.shape[1], half.shape[0]))  # half.T.copy()
     for i in range(half.shape[0]):
         for j in range(half.shape[1]):
             turned[j, i] = half[i, j]

@@ -97,11 +97,11 @@ def concentration(p: Array, theta: Array, r_ref: float, radius: float) -> tuple[
 
     The derivative by p is minus that by s.
     """
-    k = p.shape[0]
+    k, law = p.shape[0], theta.copy()  # that of a belief is read-only, and would be compiled for itself
     c, grad, distance, rarity = np.empty(k), np.empty((k, LAW)), np.empty(k), np.empty(k)
     for i in range(k):
         c[i], distance[i], rarity[i] = concentration_at(
-            p[i, 0] - theta[SX], p[i, 1] - theta[SY], p[i, 2] - theta[SZ], theta, r_ref, radius, grad[i]
+            p[i, 0] - law[SX], p[i, 1] - law[SY], p[i, 2] - law[SZ], law, r_ref, radius, grad[i]
         )
     return c, grad, distance, rarity
 

@@ -17,7 +17,7 @@ SOURCES = 1 + AXES  # what drives the lagged deviation: m, and q along each axis
 
 def sway_height(field: MeanField) -> Array:
     """What a sway of 1 along each axis adds to the concentration, c g (k, 3) [ppm]."""
-    return np.asarray((field.mean_ppm / field.r_m)[:, None] * field.by_wind_m)
+    return np.ascontiguousarray((field.mean_ppm / field.r_m)[:, None] * field.by_wind_m)
 
 
 @compiled

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from oio.core.compiled import compiled
 from oio.core.records import Array
 from oio.gas.range_law import KX, LAW, LN_STRENGTH
-from oio.gas.source_shape import MOST, PARAMETERS, field_of_shape
+from oio.gas.source_shape import MOST, PARAMETERS, SourceShape, field_of_shape
 
 
 class LawScale(NamedTuple):
@@ -85,7 +85,7 @@ def extended_field(
         more[:MOST] = 0.0
         for j in range(at):
             more[j] = theta[size + j]
-        shape = (knots.source, (more[0], more[1], more[2], more[3], more[4], more[5]))
+        shape = SourceShape(knots.source, (more[0], more[1], more[2], more[3], more[4], more[5]))
         c, r, rarity = field_of_shape(place, law, shape, (scale.r_ref_m, scale.radius_m), field, grad, more)
         for j in range(at):
             row[j] = more[j]

@@ -23,7 +23,7 @@ def solve_positions(
     for i in range(len(goals)):
         q = q_all[i : i + 1]
         for _ in range(MAX_STEPS):
-            p, jacobians = nose_and_jacobian(q, chain, True)
+            p, jacobians = nose_and_jacobian(q, chain, bool(1))  # True is a type of its own: all would be compiled for it once more
             miss, jacobian = goals[i] - p[0], jacobians[0]
             if miss @ miss < tolerance * tolerance:
                 there[i] = True

@@ -31,6 +31,13 @@ def test_boards_are_compared_in_pairs_of_one_seed():
     assert found[ONE].ratio == 1.0 and found[ONE].found_low < 2 / 3 < found[ONE].found_high
 
 
+def test_a_search_is_compared_with_the_first_in_the_same_air():
+    other_search, other_air = (BoardCase(CASE._replace(**word), "two_together") for word in ({"search": "stereo"}, {"air": "draft"}))
+    far = replace(GOOD, error_mm=2.0 * GOOD.error_mm)
+    found = rows([*trials(ONE, GOOD), *trials(other_search, far), *trials(other_air, far)])
+    assert found[other_search].ratio == pytest.approx(2.0) and found[other_air].ratio == 1.0
+
+
 def test_a_wrong_declaration_is_not_found():
     found = rows(trials(ONE, replace(GOOD, wrong=True), GOOD))[ONE]
     assert (found.found, found.false) == (1, 1)
