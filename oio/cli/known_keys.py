@@ -9,6 +9,8 @@ from typing import Any
 
 import yaml
 
+from oio.results.yaml_fields import SAFE
+
 OF_OTHER_COMMANDS = ("bench.yaml", "emulate.yaml")
 NEAR, SAME_NAME = 0.6, 0.5  # least similarity (difflib's ratio) of a key, and of one whose last word is the same
 
@@ -62,7 +64,7 @@ def _keys_of(path: Path) -> tuple[str, ...]:
 
 @functools.cache
 def _pairs_of(path: Path) -> tuple[tuple[str, Any], ...]:
-    document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    document = yaml.load(path.read_text(encoding="utf-8"), SAFE)
     return tuple(_leaves(document, "")) if isinstance(document, dict) else ()
 
 

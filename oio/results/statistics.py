@@ -1,19 +1,22 @@
 """Statistics over trials: Wilson's interval of a proportion, the consistency band of the ANEES, errors over their bounds."""
 
 import numpy as np
-from scipy.stats import binomtest, chi2
 
 from oio.inference.metrics import COVERAGE
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:
     """Wilson's 95 % confidence interval of a proportion (1927): within 0 and 1, and no success among many is not certainty."""
+    from scipy.stats import binomtest  # here: half a second of import, which a single run can do without
+
     interval = binomtest(successes, trials).proportion_ci(COVERAGE, method="wilson")
     return float(interval.low), float(interval.high)
 
 
 def anees_band(trials: int, dimension: int = 3) -> tuple[float, float]:
     """95 % band of the average NEES over its dimension for a consistent filter (Bar-Shalom, Li, Kirubarajan 2001, 5.4.2)."""
+    from scipy.stats import chi2  # here: see `wilson`
+
     n = trials * dimension
     low, high = chi2.ppf([0.5 - COVERAGE / 2, 0.5 + COVERAGE / 2], n) / n
     return float(low), float(high)

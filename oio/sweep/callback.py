@@ -11,8 +11,7 @@ from oio.cli.outcome import FAILED
 from oio.cli.run_folder import SUMMARY, read_json, state_of
 from oio.core.errors import OioError
 from oio.sweep.job_table import show_sweep
-from oio.sweep.launch import LAUNCHED
-from oio.sweep.manifest import Job, Outcome
+from oio.sweep.manifest import LAUNCHED, Job, Outcome
 from oio.sweep.table_1 import show_table_1, table_1
 
 

@@ -10,6 +10,7 @@ import yaml
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
+from oio.results.yaml_fields import SAFE
 from oio.sweep.bootstrap import interval
 from oio.sweep.manifest import Manifest
 from oio.sweep.records import CHOICES, Record, error_of, overridden, records, shown_error
@@ -79,7 +80,7 @@ def _differences(pairs: Sequence[tuple[Path, Path]]) -> list[tuple[str, str, str
     """The keys of config.yaml that differ in any pair; `(several)` where their values are not the same in all."""
     found: dict[str, set[tuple[str, str]]] = {}
     for one, other in pairs:
-        a, b = (_flat(yaml.load((path / "config.yaml").read_text(encoding="utf-8"), Loader=LOADER)) for path in (one, other))
+        a, b = (_flat(yaml.load((path / "config.yaml").read_text(encoding="utf-8"), Loader=SAFE)) for path in (one, other))
         for key in sorted({*a, *b}):
             if a.get(key) != b.get(key):
                 found.setdefault(key, set()).add((a.get(key, "-"), b.get(key, "-")))
@@ -91,9 +92,6 @@ def _is_copy(key: str, told: Mapping[str, tuple[str, str]]) -> bool:
     """Whether the key is one of the root that a stage or the backend was given, e.g. stage.navigate.ekf.steps beside ekf.steps."""
     parts = key.split(".")
     return any(told.get(".".join(parts[n:])) == told[key] for n in range(1, len(parts)))
-
-
-LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def _flat(node: Any, above: str = "") -> dict[str, str]:

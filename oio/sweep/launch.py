@@ -14,14 +14,13 @@ from oio.sweep.dask_cluster import DaskCluster
 from oio.sweep.engine import Engine, InThisProcess, WorkerProcesses
 from oio.sweep.fingerprint import folders_of, version_of_everything
 from oio.sweep.folder_names import FolderNames
-from oio.sweep.manifest import MANIFEST, Job, Manifest, Outcome, locked
+from oio.sweep.manifest import LAUNCHED, MANIFEST, Job, Manifest, locked
 from oio.sweep.objective import returned
 from oio.sweep.store import Store
 from oio.sweep.sweep import adopt_version, run_sweep
 
 ENGINES: Mapping[str, Callable[..., Engine]] = {"basic": InThisProcess, "joblib": WorkerProcesses, "dask": DaskCluster}
 COUNTS = ("processes", "workers", "retries")  # settings that are whole numbers
-LAUNCHED: list[Outcome] = []  # how the jobs of this command ended, for the table at its end
 
 
 def launch(

@@ -40,6 +40,9 @@ class Outcome:
     summary: dict[str, Any] | None
 
 
+LAUNCHED: list[Outcome] = []  # how the jobs of this command ended, for the table at its end
+
+
 @dataclass
 class Manifest:
     """The jobs of a sweep's folder. Folders of jobs that are not in it do not belong to the sweep."""
