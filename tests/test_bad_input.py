@@ -255,6 +255,16 @@ def test_a_directory_that_holds_a_run_is_never_written_to(typed, tmp_path, log):
     assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
 
 
+def test_files_of_somebody_else_are_never_written_over(typed, tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "config.yaml").write_text("mine: 1\n", encoding="utf-8")
+    code, said = typed("sensor=ndir", "stage=[warm_up,baseline]")
+    assert code == 2
+    assert_one_paragraph(said)
+    assert "holds config.yaml, which a run would overwrite. Give another directory" in said
+    assert (tmp_path / "run" / "config.yaml").read_text(encoding="utf-8") == "mine: 1\n"
+
+
 # ---- as a person types it
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from oio.core.errors import BadInput
 from oio.core.records import Array, nanoseconds
 
+TIMES = "mM"  # numpy's kinds of dates and durations, which would be read as whole numbers of whatever unit they have
 LONGEST_S = 1e8  # three years; nanoseconds as whole numbers and as floating-point seconds agree far beyond
 
 
@@ -25,7 +26,17 @@ def matrix(name: str, values: ArrayLike, rows: int, columns: int | None = None) 
 def _checked(name: str, values: ArrayLike, wanted: tuple[int | str, ...]) -> Array:
     shape = f"({', '.join(map(str, wanted))}{',' if len(wanted) == 1 else ''})"
     try:
-        array = np.array(values, dtype=np.float64)
+        given = np.asanyarray(values)
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"{name} cannot be read as an array of numbers ({error}), but the shape {shape} is wanted.") from None
+    if masked := int(np.count_nonzero(np.ma.getmaskarray(given))):
+        raise BadInput(f"{name} has {masked} masked values, but {shape} numbers are wanted. Leave them out of all arrays.")
+    if given.dtype.kind in TIMES:
+        raise BadInput(f"{name} has the type {given.dtype}, but numbers are wanted. Give seconds: (t - t[0]) / np.timedelta64(1, 's').")
+    if given.dtype.kind == "c":
+        raise BadInput(f"{name} has complex numbers, but real ones are wanted. Give e.g. their absolute values.")
+    try:
+        array = np.array(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise BadInput(f"{name} cannot be read as an array of numbers ({error}), but the shape {shape} is wanted.") from None
     fits = len(array.shape) == len(wanted) and all(w == n for w, n in zip(wanted, array.shape, strict=True) if isinstance(w, int))

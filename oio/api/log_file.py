@@ -20,7 +20,8 @@ class LogFile:
 
     `path`: where the nose was, None if no columns of that were named. `climate`: temperature [degC] and relative humidity [%] (m, 2) at
     the rows `climate_s` (m,) of the readings, None if it has none. `notes`: what of the mapping was read off the file, as sentences.
-    `dropped`: number of rows that are not used, by reason.
+    `dropped`: number of rows that are not used, by reason. `holes_s` (h, 2): begins and ends of what is missing of the path; it goes
+    straight there, and the readings in it are left out.
     """
 
     readings: Readings
@@ -29,6 +30,7 @@ class LogFile:
     climate: Array | None
     notes: tuple[str, ...]
     dropped: Mapping[str, int]
+    holes_s: Array
 
 
 def read_log(path: str | Path, sigma_ppm: npt.ArrayLike | None = None, **mapping: object) -> LogFile:
@@ -45,12 +47,17 @@ def read_log(path: str | Path, sigma_ppm: npt.ArrayLike | None = None, **mapping
     lists = {key: tuple(value) if isinstance(value, list) else value for key, value in mapping.items()}
     read = read_moving(file, open_mapping(**lists))
     table, elements = read.gas.table, len(read.gas.mapping.columns or ())
-    ppm = table.values[:, :elements] / (read.gas.mapping.per_ppm or 1.0)
+    if not np.any(read.kept):
+        raise BadInput(
+            f"{file} does not tell where the nose was at any of its readings. Give the columns of its positions, or another log."
+        )
+    values = table.values[read.kept]
+    ppm = values[:, :elements] / (read.gas.mapping.per_ppm or 1.0)
     readings = Readings(
         np.repeat(read.gas_s, elements), ppm=ppm.ravel(), element=np.tile(np.arange(elements), len(ppm)), sigma_ppm=sigma_ppm
     )
     moved: NosePath | JointPath | None = None
     if read.t_s is not None and read.positions is not None:
         moved = (NosePath if read.gas.mapping.nose_columns else JointPath)(read.t_s, read.positions)
-    climate = table.values[:, elements:]
-    return LogFile(readings, moved, read.gas_s, climate if climate.size else None, read.notes, table.dropped)
+    climate = values[:, elements:]
+    return LogFile(readings, moved, read.gas_s, climate if climate.size else None, read.notes, table.dropped, read.holes_s)

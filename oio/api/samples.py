@@ -51,7 +51,12 @@ class Readings:
 
     def between(self, begin_s: float, end_s: float) -> Self:
         """Return the readings with begin_s < t <= end_s. Raises BadInput if there are none."""
-        kept = _within(np.asarray(self.t_s), begin_s, end_s, "reading")
+        return self.only(_within(np.asarray(self.t_s), begin_s, end_s, "reading"))
+
+    def only(self, kept: NDArray[np.bool_]) -> Self:
+        """Return some of the readings, those of a mask (m,). Raises BadInput if there are none."""
+        if not np.any(kept):
+            raise BadInput("none of the readings is left. Give those of a longer time.")
         return replace(self, **{k: np.asarray(v)[kept] for k, v in vars(self).items() if v is not None})
 
     def records(self, sensor: Sensor, sigma_ppm: float) -> list[GasReading]:

@@ -13,6 +13,7 @@ from oio.results.summary import to_json
 
 STOPPED = "stopped by the person or the system; run.mcap.part can be read, see python -m oio.recover"  # error of an interrupted run
 STATUS, SUMMARY, LOCK = "status.json", "summary.json", "run.lock"
+WRITTEN = ("config.yaml", "summary.json", "calibration.yaml", "run.mcap", "report.html")  # by a run, besides its status
 LOG_IS_AT = "log_is_at.txt"  # in place of the log, where it stayed on the machine that ran the job
 
 
@@ -52,9 +53,13 @@ class RunFolder:
 
 
 def refuse_used(path: Path) -> None:
-    """Raise BadInput if the folder holds a run already."""
+    """Raise BadInput if the folder holds a run already, or files of somebody else that the run would overwrite."""
     if (path / STATUS).exists():
         raise _used(path)
+    if found := [name for name in WRITTEN if (path / name).exists()]:
+        raise BadInput(
+            f"{path} holds {', '.join(found)}, which a run would overwrite. Give another directory, e.g. hydra.run.dir={path}_2."
+        )
 
 
 def _used(path: Path) -> BadInput:

@@ -99,7 +99,10 @@ def _remedy(arm: Arm) -> str:
 
 
 def ambiguous_point(noses: Array, source: Array) -> Ambiguity | None:
-    """Mirror or inverse point, with equal readings because the nose positions (m, 3) [m] lie in a plane or on a sphere; else None."""
+    """Mirror or inverse point, with equal readings because the nose positions (m, 3) [m] lie in a plane or on a sphere; else None. Two
+    positions lie in any plane, and single none out."""
+    if len(noses) < 3:
+        return None
     mean = noses.mean(axis=0)
     _, singular_values, axes = np.linalg.svd(noses - mean, full_matrices=False)
     if singular_values[2] < FLATNESS_M * np.sqrt(len(noses)):

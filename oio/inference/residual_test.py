@@ -31,7 +31,7 @@ def residual_test(problem: Problem, fit: Fit) -> ResidualTest:
     """Test a fit of a problem."""
     e = _whitened_residuals(problem, fit)
     square = float(np.mean(e * e))
-    return ResidualTest(square, float(np.mean(e[1:] * e[:-1])) / max(square, 1e-300))
+    return ResidualTest(square, float(np.mean(e[1:] * e[:-1])) / max(square, 1e-300) if len(e) > 1 else 0.0)
 
 
 def split_half(problem: Problem, fit: Fit) -> float:

@@ -52,6 +52,7 @@ def _write(path: Path, text: str) -> None:
     try:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
+        path.unlink(missing_ok=True)  # its beginning, on a disk that is full
         raise BadInput(f"{path} cannot be written ({error.strerror}).") from None
 
 

@@ -15,7 +15,7 @@ from oio.tabular.guess import climate, the_gas, the_time, the_unit
 from oio.tabular.layout import BOTH, Layout, find_layout
 from oio.tabular.mapping import TableMapping
 from oio.tabular.names import role_of, unit_of
-from oio.tabular.read import sample
+from oio.tabular.read import refuse_marks, sample
 from oio.tabular.rows import read_cells
 from oio.tabular.stamps import find_unit, stamp
 from oio.tabular.text import Text, decode
@@ -48,6 +48,12 @@ def survey(data: bytes, given: TableMapping, name: str) -> Survey:
     known = [(clock.name, stamps[clock.name]) for clock in clocks if clock.notation and clock.last > clock.first]
     compared = tuple(found for other in known[1:] if (found := compare(known[0], other)) is not None)
     mapping, open_keys = _mapping(source, layout, given, clocks, columns)
+    if given.decimal is None:
+        try:
+            used = [column for column in mapping.columns or () if column in names]
+            refuse_marks(source, layout, mapping, used, cells.values[:, [1 + names.index(column) for column in used]])
+        except BadInput as error:
+            mapping, open_keys = dataclasses.replace(mapping, decimal=None), {**open_keys, "decimal": str(error)}
     return Survey(source, layout, len(cells.values), cells.other, clocks, compared, columns, mapping, open_keys)
 
 

@@ -1,7 +1,9 @@
 """The command line of `python -m oio.localise`."""
 
+import shutil
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -20,7 +22,9 @@ from oio.localise.asked import Asked, asked
 from oio.localise.display import save, show
 from oio.localise.found import Found
 from oio.results.criteria.judgement import FAIL
+from oio.tabular.positions import outside
 
+LAGS = 3.0  # after which a sensor has forgotten what it smelt where nobody knows
 HELP = """usage: python -m oio.localise LOG KEY=VALUE ...
 
 Where the source is, from the log of a nose that was moved: a table (CSV and its kind, .gz, Parquet), or an MCAP log of any program. The
@@ -62,8 +66,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(given: Asked) -> str:
     """Localise, print and write; returns the word of the verdict."""
-    if given.out and given.out.exists():
-        raise BadInput(f"{given.out} is there already, and results are never overwritten. Give another name to out=.")
+    if given.out:
+        _make(given.out)
+        given.out.rmdir()  # until there is something to put there: a stop leaves nothing
     console = Console(stderr=True)
     with console.status("reading the log"):
         log = read_log(given.file, sigma_ppm=None, **given.mapping)
@@ -72,17 +77,37 @@ def _run(given: Asked) -> str:
         setup = kept.setup if kept else _setup(given, path)
     first_compile()  # after what may be refused
     with console.status("calibrating"):
-        calibration = _calibrated(given, setup, log, path) if given.calibrates else kept
+        readings = _known(log, path, setup)
+        calibration = _calibrated(given, setup, readings, path) if given.calibrates else kept
     with console.status("localising"):
-        readings = _readings(given, log, path)
+        searched = _searched(given, readings)
         box_m = given.places.get("box_m")
         own = setup if calibration is None else None  # a calibration has its own
-        where = None if readings is None else locate(readings, path, calibration, setup=own, box_m=box_m)
-    found = Found(log, path, readings, setup, calibration, where)
+        where = None if searched is None else locate(searched, path, calibration, setup=own, box_m=box_m)
+    found = Found(log, path, searched, setup, calibration, where)
     show(given, found)
     if given.out:
-        save(given, found, given.out)
+        _save(given, found, given.out)
     return where.verdict if where else calibration.verdict if calibration else ""
+
+
+def _make(out: Path) -> None:
+    try:
+        out.mkdir(parents=True)
+    except FileExistsError:
+        raise BadInput(f"{out} is there already, and results are never overwritten. Give another name to out=.") from None
+    except OSError as error:
+        raise BadInput(f"out={out} cannot be made ({error.strerror}). Give another folder.") from None
+
+
+def _save(given: Asked, found: Found, out: Path) -> None:
+    """Write all results, or none: of those of a full disk nothing is left that would be in the way of the next try."""
+    _make(out)
+    try:
+        save(given, found, out)
+    except OSError:
+        shutil.rmtree(out, ignore_errors=True)
+        raise
 
 
 def _path(log: LogFile) -> JointPath:
@@ -99,23 +124,25 @@ def _setup(given: Asked, path: JointPath) -> Setup:
     return Setup(**given.chosen, **dof, overrides=given.overrides)  # type: ignore[arg-type]  # choices are text, dof is none of them
 
 
-def _calibrated(given: Asked, setup: Setup, log: LogFile, path: JointPath) -> Calibration:
+def _known(log: LogFile, path: JointPath, setup: Setup) -> Readings:
+    """The readings whose gas is of known places: on the path, in no hole of it, and not within so many lags after one."""
+    readings, nominal = log.readings, setup.part("nominal")
+    t_s = np.asarray(path.t_s)
+    on_path = readings.between(float(np.nextafter(t_s[0], -np.inf)), float(t_s[-1]))
+    known = outside(np.asarray(on_path.t_s), log.holes_s, LAGS * max(nominal.rise_s, nominal.fall_s))
+    return on_path.only(known)
+
+
+def _calibrated(given: Asked, setup: Setup, readings: Readings, path: JointPath) -> Calibration:
     """The calibration by the log itself."""
     clean, lit = given.spans["clean_air_s"], given.spans["beacon_s"]
-    return calibrate(_on_path(log.readings, path), path, given.places["beacon_m"], clean_air_s=clean, beacon_s=lit, setup=setup)
+    return calibrate(readings, path, given.places["beacon_m"], clean_air_s=clean, beacon_s=lit, setup=setup)
 
 
-def _readings(given: Asked, log: LogFile, path: JointPath) -> Readings | None:
+def _searched(given: Asked, readings: Readings) -> Readings | None:
     """The readings to search by; None if the log ends with the beacon."""
-    readings = _on_path(log.readings, path)
     if span := given.spans.get("search_s"):
         return readings.between(*span)
     begin_s = given.spans["beacon_s"][1] if given.calibrates else None
     last_s = float(np.asarray(readings.t_s)[-1])
     return readings if begin_s is None else readings.between(begin_s, last_s) if begin_s < last_s else None
-
-
-def _on_path(readings: Readings, path: JointPath) -> Readings:
-    """The readings at whose time the place of the nose is known."""
-    t_s = np.asarray(path.t_s)
-    return readings.between(float(np.nextafter(t_s[0], -np.inf)), float(t_s[-1]))

@@ -11,7 +11,6 @@ from oio.api.calibration_file import write_calibration
 from oio.api.location import Location
 from oio.cli import terminal
 from oio.cli.hanging_text import print_hanging
-from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.localise.asked import Asked
 from oio.localise.found import Found
@@ -47,11 +46,7 @@ def _show_location(where: Location) -> None:
 
 
 def save(given: Asked, found: Found, folder: Path) -> None:
-    """Write all that was found to a new folder. Raises BadInput if it cannot be made."""
-    try:
-        folder.mkdir(parents=True)
-    except OSError as error:
-        raise BadInput(f"out={folder} cannot be made ({error.strerror}). Give another folder.") from None
+    """Write all that was found to a folder."""
     written = []
     if found.calibration and not given.calibration:
         write_calibration(found.calibration, folder / "calibration.yaml")

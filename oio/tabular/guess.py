@@ -8,7 +8,7 @@ from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.tabular.layout import BOTH, Layout
 from oio.tabular.mapping import TableMapping, typed
-from oio.tabular.names import GAS_UNITS, bare, role_of, unit_of
+from oio.tabular.names import GAS_UNITS, UNITS, bare, role_of, squeezed, unit_of
 
 CODES = (-1.0, -99.0, -999.0, -9999.0, 32767.0, 65535.0, 2147483647.0)  # in which firmware says that it has no value
 FAR = 3.0  # a code is suspicious if it is further from the next value than so many ranges of the others
@@ -48,12 +48,22 @@ def the_gas(name: str, layout: Layout) -> tuple[str, ...]:
 
 def the_unit(mapping: TableMapping, columns: Sequence[str]) -> tuple[str, float]:
     """Return the unit of the readings and what 1 ppm is in it. Raises BadInput if the names do not say it, or it depends on the gas."""
-    units = {unit for column in columns if (unit := unit_of(column)) in GAS_UNITS}
-    unit = mapping.unit or (units.pop() if len(units) == 1 else None)
+    units = sorted({unit for column in columns if (unit := unit_of(column)) in GAS_UNITS})
+    if mapping.unit is None and len(units) > 1:
+        raise BadInput(
+            f"the names of {list(columns)} say {units}, and readings have one unit. "
+            f"Type {typed('columns', (columns[0],))}, or others of one unit."
+        )
+    unit = known_unit(mapping.unit) if mapping.unit is not None else units[0] if units else None
     if unit is None:
         raise BadInput(
-            f"the unit of {list(columns)} is not certain: {'their names say ' + str(sorted(units)) if units else 'no name says it'}. "
+            f"the unit of {list(columns)} is not certain: no name says it. "
             f"Type recording.unit=ppm, ppb, counts... (with recording.per_ppm=NUMBER for what 1 ppm is in it)."
+        )
+    if unit not in GAS_UNITS and mapping.per_ppm is None:
+        raise BadInput(
+            f"recording.unit is '{mapping.unit}', which is none that is known here ({', '.join(GAS_UNITS)}). Type one of these, or with it "
+            f"what 1 ppm is in that unit: recording.per_ppm=NUMBER."
         )
     per_ppm = mapping.per_ppm if mapping.per_ppm is not None else KNOWN_PER_PPM.get(unit)
     if per_ppm is None and unit in ("ug/m3", "mg/m3"):
@@ -62,6 +72,11 @@ def the_unit(mapping: TableMapping, columns: Sequence[str]) -> tuple[str, float]
             f"1013 hPa 1 ppm is M/24.06 mg/m3, e.g. 1913 ug/m3 of NO2 or 1164 ug/m3 of CO."
         )
     return unit, 1.0 if per_ppm is None else per_ppm
+
+
+def known_unit(word: str) -> str:
+    """Return a unit as it is written here: ppb for PPB, %vol for vol%; one that is not known as it is."""
+    return UNITS.get(squeezed(word), word)
 
 
 def climate(layout: Layout) -> tuple[str, ...]:

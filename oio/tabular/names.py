@@ -8,6 +8,7 @@ UNITS = {
     "us": "us", "µs": "us", "μs": "us", "micros": "us", "ns": "ns",
     "nanoseconds": "ns", "min": "min", "minutes": "min", "h": "h", "hours": "h",
     "ppm": "ppm", "ppb": "ppb", "%vol": "%vol", "vol%": "%vol", "ug/m3": "ug/m3", "µg/m3": "ug/m3", "µg/m³": "ug/m3", "mg/m3": "mg/m3",
+    "mg/m³": "mg/m3", "μg/m³": "ug/m3", "μg/m3": "ug/m3", "vol.-%": "%vol", "vol.%": "%vol", "vol-%": "%vol", "ω": "ohm", "kω": "kohm",
     "adc": "counts", "counts": "counts", "raw": "counts", "ticks": "counts", "v": "V", "volt": "V", "mv": "mV", "ohm": "ohm",
     "kohm": "kohm", "c": "degC", "°c": "degC", "degc": "degC", "celsius": "degC", "f": "degF", "°f": "degF", "k": "K",
     "%": "%", "pct": "%", "%rh": "%",
@@ -32,11 +33,16 @@ WORDS = {
 PATTERNS = {role: re.compile(words, re.IGNORECASE) for role, words in WORDS.items()}
 
 
+def squeezed(word: str) -> str:
+    """A unit's word without blanks and capitals, as UNITS has it."""
+    return word.lower().replace(" ", "")
+
+
 def unit_of(name: str) -> str | None:
     """Return the unit that a column's name says, in brackets or as its last word; None if it says none."""
     bracket = BRACKET.search(name)
     if bracket:
-        return UNITS.get(bracket[1].lower().replace(" ", ""))
+        return UNITS.get(squeezed(bracket[1]))
     words = re.split(r"[ _./]", name.strip().lower())
     if len(words) == 1:
         return UNITS.get(words[0]) if words[0] in ("millis", "micros") else None

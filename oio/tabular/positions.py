@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
@@ -13,16 +14,22 @@ from oio.tabular.mapping import ANGLES, LENGTHS, TableMapping
 from oio.tabular.names import unit_of
 from oio.tabular.read import Read, read_mapped
 
+HOLE, HOLE_S = 10.0, 1.0  # positions are missing after so many usual steps, but not before so long [s],
+ELSEWHERE = 0.005  # if any of them has changed by this, in m or rad
+
 
 @dataclass(frozen=True, eq=False)
 class Moving:
     """A log of a nose that moves: its readings (`Read`, at `gas_s` (k,)), and its positions (j, n) in m and rad at t_s (j,), or None.
 
-    Both times count from the earlier beginning [s].
+    Both times count from the earlier beginning [s]. In a hole (h, 2) [s] of the positions nobody knows where the nose was: readings in it
+    are left out of `gas_s`, and `kept` (m,) says which rows of the table are left.
     """
 
     gas: Read
     gas_s: Array
+    kept: NDArray[np.bool_]
+    holes_s: Array
     t_s: Array | None
     positions: Array | None
     notes: tuple[str, ...]
@@ -36,18 +43,44 @@ def read_moving(path: Path, mapping: TableMapping) -> Moving:
     gas = read_mapped(file_bytes(path, mapping.first_column), mapping, path.name)
     columns = mapping.nose_columns or mapping.joint_columns
     if not columns:
-        return Moving(gas, gas.table.t_s, None, None, gas.notes)
+        return Moving(gas, gas.table.t_s, np.ones(len(gas.table.t_s), dtype=np.bool_), np.empty((0, 2)), None, None, gas.notes)
     scales = [_scale(column, mapping) for column in columns]
     known = dataclasses.replace(
         gas.mapping, columns=tuple(columns), column_prefix="", unit="position", per_ppm=1.0, saturated=None, no_value=(), climate_columns=()
     )
     read = read_mapped(file_bytes(path, columns[0]), known, path.name)
     began_s = min(gas.table.start_s, read.table.start_s)
-    dropped = sum(read.table.dropped.values())
-    notes = (*gas.notes, f"{dropped} rows of positions were dropped: {dict(read.table.dropped)}") if dropped else gas.notes
-    return Moving(
-        gas, gas.table.start_s - began_s + gas.table.t_s, read.table.start_s - began_s + read.table.t_s, read.table.values * scales, notes
-    )
+    gas_s, t_s = gas.table.start_s - began_s + gas.table.t_s, read.table.start_s - began_s + read.table.t_s
+    positions, notes = read.table.values * scales, gas.notes
+    if dropped := sum(read.table.dropped.values()):
+        notes = (*notes, f"{dropped} rows of positions were dropped: {dict(read.table.dropped)}")
+    holes_s = holes(t_s, positions)
+    kept = outside(gas_s, holes_s)
+    if len(holes_s):
+        begin, end = holes_s[int(np.argmax(np.ptp(holes_s, axis=1)))]
+        notes = (
+            *notes,
+            f"where the nose was is not told in {len(holes_s)} holes, the longest from {begin:g} to {end:g} s: {np.count_nonzero(~kept)} "
+            f"rows of readings in them were left out",
+        )
+    return Moving(gas, gas_s[kept], kept, holes_s, t_s, positions, notes)
+
+
+def holes(t_s: Array, positions: Array) -> Array:
+    """Begins and ends (h, 2) [s] of what is missing in positions (j, n) at t_s (j,): HOLE times the usual step and more, and the nose is
+    elsewhere after it. A log that is written while the arm moves alone has gaps, after which it is where it was."""
+    step = np.diff(t_s)
+    if not len(step):
+        return np.empty((0, 2))
+    missing = step > max(HOLE * float(np.median(step)), HOLE_S)
+    missing &= np.abs(np.diff(positions, axis=0)).max(axis=1) > ELSEWHERE
+    return np.column_stack([t_s[:-1][missing], t_s[1:][missing]])
+
+
+def outside(t_s: Array, holes_s: Array, after_s: float = 0.0) -> NDArray[np.bool_]:
+    """Which of the times (m,) are in no hole (h, 2), nor in `after_s` after one."""
+    inside = (t_s[:, None] > holes_s[:, 0]) & (t_s[:, None] < holes_s[:, 1] + after_s)
+    return np.asarray(~inside.any(axis=1))
 
 
 def _scale(column: str, mapping: TableMapping) -> float:

@@ -9,14 +9,16 @@ from itertools import islice
 import numpy as np
 
 from oio.core.errors import BadInput
+from oio.core.records import Array
 from oio.tabular.guess import climate, codes, the_gas, the_time, the_unit
 from oio.tabular.layout import SAMPLE, Layout, find_layout, places, splitter
 from oio.tabular.mapping import TableMapping
 from oio.tabular.names import unit_of
 from oio.tabular.rows import Cells, read_cells
-from oio.tabular.stamps import find_unit, stamp, wrap_s
+from oio.tabular.stamps import LONGER, PER_S, find_unit, stamp, wrap_s
 from oio.tabular.table import Table, Wanted, read_table
 from oio.tabular.text import Text, decode, lines
+from oio.tabular.thousands import refuse_open, refuse_thousands
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,8 @@ def read_mapped(data: bytes, mapping: TableMapping, name: str) -> Read:
         full.max_gap_s, full.session,
     )  # fmt: skip
     cells = read_cells(source, layout, wanted.time, wanted.stamp, wanted.columns)
+    if mapping.decimal is None:
+        refuse_marks(source, layout, full, columns, cells.values[:, 1 : 1 + len(columns)])
     if mapping.no_value is None:
         _refuse_codes(columns, cells)
     table = read_table(source, layout, wanted, cells)
@@ -97,6 +101,13 @@ def sample(source: Text, layout: Layout, column: str) -> list[str]:
         if len(row) >= len(layout.names) and match[0] != layout.header:
             cells.append(" ".join(row[i] for i in used))
     return cells
+
+
+def refuse_marks(source: Text, layout: Layout, mapping: TableMapping, columns: Sequence[str], values: Array) -> None:
+    """Raise BadInput if time or `columns`, whose numbers are `values` (k, m), may have marks between thousands."""
+    if mapping.time is not None and mapping.time_unit in (*PER_S, *LONGER):
+        refuse_open(source, mapping.time, sample(source, layout, mapping.time), 0.0)
+    refuse_thousands(source, layout, columns, values)
 
 
 def _time_unit(mapping: TableMapping, source: Text, layout: Layout, time: str) -> tuple[str, str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.tabular.layout import Layout, places, splitter
+from oio.tabular.layout import Layout, is_number, places, splitter
 from oio.tabular.mapping import typed
 from oio.tabular.text import Text, lines
 
@@ -37,6 +37,8 @@ def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[
         except csv.Error:
             cells = []
         reason = _reason(match[0], cells, width, layout)
+        if cells and not cells[0][:1].isdigit():
+            _refuse_other_header(source.name, layout, cells, number)
         if reason:
             other[reason] += 1
             continue
@@ -63,6 +65,16 @@ def _reason(line: str, cells: Sequence[str], width: int, layout: Layout) -> str:
     if line == layout.header:
         return "repeated header"
     return "repeated" if cells[0].strip() == "end" else ""  # some loggers repeat each sample in a row of its own
+
+
+def _refuse_other_header(name: str, layout: Layout, cells: Sequence[str], number: int) -> None:
+    """Raise BadInput if a row names the columns anew, but not as they were: what follows it would be read into the wrong ones."""
+    named = tuple(cell.strip(' "#\t') for cell in cells)
+    if named != layout.names and sum(cell in layout.names for cell in named) >= 2 and not any(map(is_number, named)):
+        raise BadInput(
+            f"{name} names its columns again in row {number} below its header, and otherwise: {list(named)} instead of "
+            f"{list(layout.names)}. Cut the file there, and give one part at a time."
+        )
 
 
 def _value(cell: str, convert: Callable[[str], float]) -> float:

@@ -37,6 +37,32 @@ def test_a_source_is_found_from_a_table_alone(table):
     assert np.linalg.norm(found.mean_m - SOURCE_M) < 0.01
 
 
+def test_readings_in_a_hole_of_the_path_are_left_out_and_the_hole_is_named(table):
+    """A straight line from one end of a hole to the other would put the nose where it was not."""
+    lines = table.read_text(encoding="utf-8").splitlines()
+    for i in range(200, 300):
+        cells = lines[1 + i].split(";")
+        lines[1 + i] = ";".join([cells[0], "", "", "", *cells[4:]])
+    table.write_text("\n".join(lines), encoding="utf-8")
+    log = oio.read_log(table, nose_columns=["x_mm", "y_mm", "z_mm"])
+    np.testing.assert_allclose(log.holes_s, [[19.9, 30.0]], atol=1e-9)
+    t_s = np.asarray(log.readings.t_s)
+    assert len(t_s) == len(log.climate) == 498 and not np.any((t_s > 19.95) & (t_s < 29.95))
+    assert any("holes, the longest from 19.9 to 30 s: 100 rows of readings" in note for note in log.notes)
+    found = oio.locate(log.readings, log.path, setup=oio.Setup(sensor="ndir"))
+    assert np.linalg.norm(found.mean_m - SOURCE_M) < 0.015
+
+
+def test_a_log_that_is_written_while_the_nose_moves_has_no_holes(table):
+    lines = table.read_text(encoding="utf-8").splitlines()
+    for i in range(200, 300):
+        cells = lines[1 + i].split(";")
+        lines[1 + i] = ";".join([cells[0], *lines[1 + 199].split(";")[1:4], *cells[4:]])
+    kept = [line for i, line in enumerate(lines) if not 201 < i < 300]  # at rest from 19.9 s to 29.8 s, without rows
+    table.write_text("\n".join(kept), encoding="utf-8")
+    assert not len(oio.read_log(table, nose_columns=["x_mm", "y_mm", "z_mm"]).holes_s)
+
+
 def test_readings_and_joints_of_a_bag_keep_their_own_rates_and_one_clock(tmp_path):
     pytest.importorskip("mcap_ros2")
     ros2_log(tmp_path / "bag.mcap")

@@ -70,6 +70,32 @@ def test_a_calibration_is_used_again(walk, found, capsys):
     assert "verdict: PASS" in capsys.readouterr().out
 
 
+def test_where_the_nose_was_for_a_while_unknown_it_is_not_guessed(walk, found, capsys):
+    """Bridged by a straight line, this hole put the source outside its own 95 % region, and the blame on a second source."""
+    lines = walk.read_text().splitlines()
+    for i in range(1451, 1651):
+        t, *_, ppm = lines[i].split(",")
+        lines[i] = f"{t},,,,{ppm}"
+    path, out = walk.with_name("hole.csv"), walk.with_name("of_hole")
+    path.write_text("\n".join(lines) + "\n")
+    assert main([str(path), NOSE, f"calibration={found / 'calibration.yaml'}", "search_s=[140,200]", f"out={out}"]) == 0
+    error_m, cov_m2 = np.array(place(out)["mean_m"]) - SOURCE_M, np.array(place(out)["cov_m2"])
+    assert np.linalg.norm(error_m) < 0.015 and error_m @ np.linalg.solve(cov_m2, error_m) < 7.81
+    assert "1 holes, the longest from 144.9 to 165 s" in capsys.readouterr().out
+
+
+def test_two_readings_are_no_error_but_no_place_either(walk, capsys):
+    assert main([str(walk), "sensor=ndir", NOSE, "search_s=[140,140.2]"]) == 3
+    assert "verdict: FAIL" in capsys.readouterr().out
+
+
+def test_a_folder_for_results_is_gone_if_there_are_none(walk, tmp_path, capsys):
+    assert main([str(walk), "sensor=ndir", NOSE, "search_s=[500,600]", f"out={tmp_path / 'out'}"]) == 2
+    assert not (tmp_path / "out").exists()
+    assert main([str(walk), "sensor=ndir", NOSE, "out=/proc/none"]) == 2
+    assert "out=/proc/none cannot be made" in capsys.readouterr().err
+
+
 def test_without_a_calibration_it_does_not_pass(walk, capsys):
     code = main([str(walk), "sensor=ndir", NOSE, "search_s=[140,200]"])
     said = capsys.readouterr().out

@@ -153,3 +153,62 @@ def test_a_file_that_cannot_be_read(tmp_path):
     path.write_bytes(b"PAR1 and no more")
     with pytest.raises(BadInput, match="cannot be read"):
         file_bytes(path)
+
+
+def mapped(text: str, **keys: object):
+    return read_mapped(text.encode(), open_mapping(**keys), "made up")
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ('"t [s]","co2 [ppm]"\n0,998\n1,999\n2,"1,012"\n3,"1,013"\n', "values such as 1,012 in 'co2 [ppm]' beside whole numbers up to 999"),
+    ("t [s];co2 [ppm]\n0;998\n1;999\n2;1.012\n3;1.013\n", "recording.decimal='\".\"'"),
+    ('"t [ms]","co2 [ppm]"\n0,998\n"2,000",999\n"4,000",997\n', "values such as 2,000 in 't [ms]'"),
+    ("t [s];co2 [ppm]\n0;998\n1;999\n2;1'012\n3;1'013\n", "values such as 1'012 in 'co2 [ppm]', with marks between thousands"),
+    ("t [s];co2 [ppm]\n0;998,5\n1;999,5\n2;1.012,5\n3;1.013,5\n", "values such as 1.012,5"),
+])  # fmt: skip
+def test_marks_between_thousands_are_not_taken_for_decimals(text, said):
+    with pytest.raises(BadInput) as refused:
+        mapped(text)
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(("text", "keys", "values"), [
+    ("t [s];u [V]\n0;1.012\n1;2.125\n2;0.998\n", {"unit": "V"}, [1.012, 2.125, 0.998]),  # three decimals throughout
+    ("t [s];co2 [ppm]\n0;998\n1;1000.5\n2;1.125\n", {}, [998, 1000.5, 1.125]),
+    ("t [s];co2 [ppm]\n0;998\n1;999\n2;1.012\n", {"decimal": "."}, [998, 999, 1.012]),  # as the user says
+    ("t [s];x [V]\n0;1\n1;1.125\n2;2\n", {"unit": "V"}, [1, 1.125, 2]),  # whole numbers, but small ones
+])  # fmt: skip
+def test_decimals_are_not_taken_for_thousands(text, keys, values):
+    assert mapped(text, columns=(text.split("\n")[0].split(";")[1],), **keys).table.values[:, 0].tolist() == values
+
+
+def test_a_header_with_its_columns_in_another_order_is_refused():
+    rows = "time_s,co2_ppm,temp_C\n0,420,21\n1,421,21\n"
+    again = mapped(rows + "time_s,co2_ppm,temp_C\n2,422,21\n").table
+    assert again.values[:, 0].tolist() == [420, 421, 422] and again.dropped == {"repeated header": 1}
+    with pytest.raises(BadInput, match="names its columns again in row 3 below its header, and otherwise"):
+        mapped(rows + "time_s,temp_C,co2_ppm\n2,21,422\n")
+
+
+@pytest.mark.parametrize(("unit", "ppm"), [("PPB", 0.42), ("vol%", 4.2e6), ("%vol", 4.2e6), ("ppm", 420.0)])
+def test_a_unit_is_known_in_any_of_its_spellings(unit, ppm):
+    read = mapped("t [s],gas\n0,420\n1,421\n", columns=("gas",), unit=unit)
+    assert read.table.values[0, 0] / read.mapping.per_ppm == pytest.approx(ppm)
+
+
+@pytest.mark.parametrize("unit", ["pmm", "%", "percent", "mol/l"])
+def test_a_unit_that_is_not_known_needs_what_1_ppm_is_in_it(unit):
+    text = "t [s],gas\n0,420\n1,421\n"
+    with pytest.raises(BadInput, match="none that is known here"):
+        mapped(text, columns=("gas",), unit=unit)
+    assert mapped(text, columns=("gas",), unit=unit, per_ppm=2.0).mapping.per_ppm == 2.0
+
+
+@pytest.mark.parametrize(("name", "unit"), [("co2 [mg/m³]", "mg/m3"), ("co2 [Vol.-%]", "%vol"), ("r [kΩ]", "kohm"), ("r [Ω]", "ohm")])
+def test_units_with_signs_of_print_are_known(name, unit):
+    assert unit_of(name) == unit
+
+
+def test_columns_of_two_units_are_not_read_as_one():
+    with pytest.raises(BadInput, match=r"readings have one unit\. Type 'recording\.columns="):
+        mapped("t [s],eco2_ppm,tvoc_ppb\n0,420,10\n1,421,11\n")

@@ -1,0 +1,73 @@
+"""Marks before exactly three digits: 1,012 may be a thousand and twelve, or a little more than one. Where a file does not say, it is
+refused."""
+
+import csv
+import re
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from oio.core.errors import BadInput
+from oio.core.records import Array
+from oio.tabular.layout import Layout, places, splitter
+from oio.tabular.text import Text, lines
+
+GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}$")  # 1,012: the one case that is open
+GROUPS = re.compile(r"[+-]?\d{1,3}([.,'’ \u00a0\u202f])\d{3}(\1\d{3})*([.,]\d+)?$")  # 1.437,5 and 1'012, which are no numbers otherwise
+TELLING = 100.0  # a whole number from here on, beside marks before three digits, is of a column that goes on above 999
+
+
+def refuse_thousands(source: Text, layout: Layout, columns: Sequence[str], values: Array) -> None:
+    """Raise BadInput if marks of thousands may stand in `columns`, whose numbers (k, m) as they were read are `values`."""
+    for column, numbers in zip(columns, values.T, strict=True):
+        if np.any(np.isnan(numbers)) and (found := _first(GROUPS, _cells(source, layout, column))):
+            raise BadInput(
+                f"{source.name} has values such as {found} in '{column}', with marks between thousands, and they are no numbers as they "
+                f"stand. Export it without marks between thousands."
+            )
+        if _looks_open(numbers):
+            refuse_open(source, column, _cells(source, layout, column), TELLING)
+
+
+def refuse_open(source: Text, column: str, cells: Iterable[str], least: float) -> None:
+    """Raise BadInput if all marks in the cells stand before exactly three digits, and whole numbers from `least` on have none."""
+    whole, marked = 0.0, []
+    for cell in (cell.strip() for cell in cells):
+        if cell.isascii() and cell.isdigit():
+            whole = max(whole, float(cell) + 1.0)
+        elif "." in cell or "," in cell:
+            if not GROUPED.match(cell):
+                return
+            marked.append(cell)
+    if marked and whole > least:
+        mark = "," if "," in marked[0] else "."
+        raise BadInput(
+            f"{source.name} has values such as {marked[0]} in '{column}' beside whole numbers up to {whole - 1.0:g}, and it is not certain "
+            f"whether the mark is between thousands or a decimal mark. Export it without marks between thousands; or, if it is a decimal "
+            f"mark, type recording.decimal='\"{mark}\"'."
+        )
+
+
+def _looks_open(numbers: Array) -> bool:
+    """Whether numbers (k,) may be thousands that were read as thousandths: a quick look before the text is read again."""
+    finite = np.abs(numbers[np.isfinite(numbers)])
+    is_whole = finite == np.floor(finite)
+    parts = finite[~is_whole]
+    if not len(parts) or len(parts) == len(finite) or finite[is_whole].max() < TELLING:
+        return False
+    return bool(parts.min() >= 1.0 and parts.max() < 1000.0 and np.allclose(1e3 * parts, np.rint(1e3 * parts), rtol=0.0, atol=1e-6))
+
+
+def _cells(source: Text, layout: Layout, column: str) -> Iterable[str]:
+    split, (place, *_) = splitter(layout.delimiter), places(layout, column)
+    for match in lines(source.text, layout.data_at):
+        try:
+            cells = split(match[0])
+        except csv.Error:
+            continue
+        if len(cells) > place:
+            yield cells[place].strip()
+
+
+def _first(pattern: re.Pattern[str], cells: Iterable[str]) -> str | None:
+    return next((cell for cell in cells if pattern.match(cell)), None)
