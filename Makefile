@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 PY := $(VENV)/bin/python
 
-.PHONY: run wheel test test-all bench lint format docs venv lock clean help
+.PHONY: run wheel test test-long test-all bench lint format docs venv lock clean help
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -44,8 +44,11 @@ docs: venv  ## the site, in site/; a warning is an error
 	$(PY) docs/commands.py
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet --strict
 
-test: lint  ## lint, types, contracts and the tests
+test: lint  ## lint, types, contracts and the quick tests, under ten minutes on two cores
 	$(PY) -m pytest -n 2 --dist worksteal
+
+test-long: venv  ## whole runs, sweeps, emulated benches: twice as long; CI runs both
+	$(PY) -m pytest -n 2 --dist worksteal -m 'long and not slow'
 
 test-all: lint  ## the same with the slow tests, an hour or two
 	$(PY) -m pytest -n 2 --dist worksteal -m 'not alone'

@@ -56,6 +56,8 @@ REFUSED = [
     (["dof=4"], "dof=4 is not on the ladder of arm 'so101'. It can be 1, 2, 3, 5. Type e.g. dof=5."),
     (["dof=five"], ["dof=five", "Type e.g. dof=5"]),
     (["dof=-3"], ["dof=-3", "Type e.g. dof=5"]),
+    (["arm=ur5"], ["Type e.g. arm=ur5e."]),
+    (["--config-name=mine"], ["--config-name mine was given, but OIO has one configuration."]),
     (["sensor=xx"], "sensor=xx was given, but sensor can be ec, mox_mics, mox_mq, ndir, pa. Type e.g. sensor=ec."),
     (["profile=p"], ["profile=p", "datasheet", "paper"]),
     (["air=x"], ["air=x", "draft", "steady", "still", "ventilated"]),

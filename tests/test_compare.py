@@ -11,6 +11,8 @@ from oio.compare.__main__ import main
 from oio.compare.comparison import compare
 from oio.results.calibration_entries import read_calibration
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = (
     "sensor=ec", "dof=3", "stage=[warm_up,baseline,calibrate_bouts,map_beliefs,assemble_qr]", "stage.calibrate_bouts.moves_per_rung=2",

@@ -30,6 +30,8 @@ from oio.log import (
 )
 from oio.runtime.runner import check_order
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[1]
 REPEATS = ("stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0")
 FEWER = ("stage.navigate.max_moves=8", "stage.calibrate_bouts.moves_per_rung=2", *REPEATS)

@@ -21,6 +21,8 @@ import pytest
 from oio.core.records import GasSample, JointState
 from oio.log import read_beliefs, read_innovations, read_odometry, read_readings, read_samples
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[1]
 RECORD = ROOT / "tests" / "digests.json"
 BENCH_LOG = ROOT / "tests" / "logs" / "emulated_bench.mcap"  # what a run over emulated wires (line nose, Feetech arm) sensed

@@ -70,6 +70,7 @@ QUICK = (
 )  # the others: half a minute and more each
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", [pytest.param(page, marks=[pytest.mark.slow] * (page.name not in QUICK)) for page in RUN], ids=named)
 def test_every_block_of_a_page_runs(page, tmp_path):
     if page.name in ("recordings.md", "identify.md") and not (Path(os.environ.get("OIO_DATA", "data")) / "orebro3dsen").is_dir():
@@ -175,6 +176,7 @@ def shape(table):
     return re.sub(r"\d+", "0", " ".join(lines)).split()
 
 
+@pytest.mark.long
 def test_the_table_of_the_readme_is_what_the_command_prints(tmp_path):
     """Rounding differs between processors, and the table with it: here the README's second number is that of portable arithmetic."""
     digests = load(ROOT / "tests" / "test_digest.py")

@@ -18,6 +18,8 @@ from oio.cli.typed_keys import as_typed, named
 from oio.core.errors import BadInput
 from oio.core.ranges import declared, holds_numbers
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[1]
 CONF = ROOT / "conf"
 VALUES = (0, -1, math.nan, math.inf, 1e308, "a", [1], None)

@@ -14,6 +14,8 @@ from oio.results.calibration import BaselineResult, Calibration
 from oio.runtime.context import Context
 from oio.runtime.runner import run_stages
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[1]
 WORDS = ("sensor=mox_mics", "dof=3", "seed=4")
 FEWER = ("stage.calibrate_bouts.moves_per_rung=2", "stage.map_beliefs.budget_s=0", "stage.map_beliefs.repeats=5")

@@ -16,6 +16,8 @@ from oio.log import read_metadata
 from oio.sweep.job_table import show_sweep
 from oio.sweep.manifest import Job, Outcome
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[1]
 TINY = ("stage=[warm_up,baseline]", "cache=off")
 

@@ -15,6 +15,8 @@ from oio.sweep.dask_cluster import Collected, DaskCluster
 from oio.sweep.manifest import Job, Manifest
 from oio.sweep.worker import Work
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("distributed")
 
 ROOT = Path(__file__).resolve().parents[1]

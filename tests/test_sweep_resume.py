@@ -14,6 +14,8 @@ import pytest
 from oio.cli.run_folder import RunFolder, state_of, write_status
 from oio.sweep.manifest import Manifest
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[1]
 TINY = ("stage=[warm_up,baseline]", "cache=off")  # so that no test is answered by another
 DASK = ("hydra/launcher=dask", "hydra.launcher.n_jobs=2")

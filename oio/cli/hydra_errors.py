@@ -4,6 +4,7 @@ Where their exceptions carry the key or the choice as an attribute, that is used
 carry nothing else: the key that could not be overridden, and the place where an object was built.
 """
 
+import difflib
 import re
 from pathlib import Path
 
@@ -114,10 +115,13 @@ def _renamed(old: str, new: str) -> str:
 def _no_such_choice(group: str, name: str, conf: Path) -> str:
     if group in LAUNCHING:
         return _no_such_plugin(group, name)
+    if not group:
+        return f"--config-name {name} was given, but OIO has one configuration. Leave it out, and choose by KEY=VALUE words."
     known = [choice for choice, _ in choices(conf, group)]
     if not known:
         return f"'{group}={name}' was given, but there is no group '{group}'. `python -m oio.run --help` lists the choices."
-    example = f"{group}=[{known[0]}]" if group == "stage" else f"{group}={known[0]}"
+    near = (difflib.get_close_matches(name, known, 1) or known)[0]
+    example = f"{group}=[{near}]" if group == "stage" else f"{group}={near}"
     return f"{group}={name} was given, but {group} can be {', '.join(known)}. Type e.g. {example}."
 
 

@@ -1,6 +1,7 @@
 """What a command line of `python -m oio.localise` asks for: KEY=VALUE words, sorted by who reads them."""
 
 import csv
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -15,6 +16,7 @@ MAPPING = tuple(entry.name for entry in fields(TableMapping))  # keys of conf/re
 CHOSEN = ("sensor", "arm", "profile")  # of conf/
 PLACES = ("beacon_m", "box_m")
 NAMES = ("columns", "climate_columns", "nose_columns", "joint_columns")  # lists of columns, in whose names anything may stand
+NEAR = 0.8  # least similarity (difflib's ratio) of a mistyped key
 SPANS = ("clean_air_s", "beacon_s", "search_s")
 
 
@@ -55,6 +57,10 @@ def asked(arguments: Sequence[str]) -> Asked:
         Path(str(values["out"])) if "out" in values else None,
         {key: value for key, value in values.items() if key not in taken},
     )
+    for key in made.overrides:
+        near = difflib.get_close_matches(key, sorted(taken), 1, NEAR)
+        if near and "." not in key:
+            raise BadInput(f"'{key}' is no key of this command. The nearest that exists is {near[0]}; --help lists them.")
     _check(made)
     return made
 

@@ -135,8 +135,21 @@ def _header(source: Text, delimiter: str, decimal: str, time: str | None, width:
             return Layout(delimiter, decimal, tuple(f"column {j + 1}" for j in range(width)), "", match.start(), i)
         if sum(map(bool, cells)) > width / 2:
             return Layout(delimiter, decimal, unique(cells), match[0], match.end(), i)
+    if time is not None and (named := _named(source, delimiter, decimal, width)):
+        raise BadInput(
+            f"{source.name} has no column {[time]}. Its columns are {list(named)}; choose among them, e.g. {typed('columns', named[-1:])}."
+        )
     wanted = f"no line names the column '{time}'" if time else f"no line of {width} cells names its columns"
     raise BadInput(f"{source.name} has no header: {wanted}. Its first line is {seen!r:.200}.")
+
+
+def _named(source: Text, delimiter: str, decimal: str, width: int) -> tuple[str, ...]:
+    """Names in the header, whichever they are; none if there is none."""
+    try:
+        found = _header(source, delimiter, decimal, None, width)
+    except BadInput:
+        return ()
+    return found.names if found.header else ()
 
 
 def unique(cells: Sequence[str]) -> tuple[str, ...]:

@@ -22,6 +22,8 @@ from oio.kinematics.homing import Homing
 from oio.log import read_metadata, read_samples
 from tests.hardware.conftest import Stalls
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 NOSES = {"ndir": "scd30", "pa": "scd41", "ec": "line", "mox_mq": "line", "mox_mics": "line"}

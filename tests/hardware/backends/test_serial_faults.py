@@ -6,6 +6,8 @@ import pytest
 
 from oio.core.records import Event
 
+pytestmark = pytest.mark.long
+
 SHORT = "stage=[warm_up,baseline,calibrate_bouts]"
 FAULTS = [  # at a time when all devices are set up
     ("nose.noise@14:3", 0, r"skipped [1-9]"),

@@ -14,6 +14,8 @@ from oio.core.records import Event, GasSample
 from oio.log import read_metadata, read_samples
 from oio.procedure.written_answers import protocol_events
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 ANSWERS = "operator: Ada\nsensor_serial: '0012'\ngas_closed: done\nroom_degc: 21.5\nundisturbed: yes\n"
 SECONDS = 1_000_000_000

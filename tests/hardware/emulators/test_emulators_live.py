@@ -23,6 +23,8 @@ from oio.core.errors import BadInput
 from oio.core.records import JointState
 from oio.testing import check_live_backend
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 KEYS = ROOT / "conf" / "emulate.yaml"
 QUIET = ("air=steady", "dof=3")

@@ -20,6 +20,8 @@ from hypothesis import strategies as st
 
 from hardware.codecs.line import Commands, Lines
 
+pytestmark = pytest.mark.long
+
 SPEED = 3.0  # times real time, if the machine is free; nothing depends on it
 PATIENCE_S = 120.0  # for a busy machine
 HOLD_MS = 10_000  # of valve.h

@@ -23,6 +23,8 @@ from hardware.emulators.realtime_plant import RealtimePlant
 from oio.core.records import Event, GasSample
 from oio.log import read_samples
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 ENV = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 SUPPLY_MV, FULL = 5000, 1023  # of the ADC

@@ -18,6 +18,8 @@ from scipy.optimize import curve_fit
 from hardware.recordings.recording_parts import Loader, RecordedRows
 from oio.core.errors import BadInput
 
+pytestmark = pytest.mark.long
+
 CONF = Path(__file__).resolve().parents[3] / "conf" / "recording"
 MAPPED = ("airscout32", "co2_scd30x4", "scd30_windows", "smellnet", "waag_ec")  # through the generic loader, by YAML alone
 NAMES = ["airscout32", "co2_scd30x4", "orebro3dsen", "scd30_windows", "sgp30_64h", "smellnet", "waag_ec"]

@@ -13,6 +13,8 @@ from oio.core.folders import ROOT
 from oio.core.records import JointState, Truth
 from oio.log import read_attachment
 
+pytestmark = pytest.mark.long
+
 SIX = {
     "name": "six", "ladder": (1, 2, 3, 6), "dof": 6, "home_rad": (0.0, 0.3, 0.8, 0.0, 0.5, 0.0), "nose_site": "tip",
     "box_low_m": (-1.0, -1.0, -1.0), "box_high_m": (1.0, 1.0, 1.5), "homing": None,

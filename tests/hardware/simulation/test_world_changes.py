@@ -13,6 +13,8 @@ from hardware.simulation.world_changes import seen_from_base
 from oio.core.errors import BadInput
 from oio.core.records import GasSample
 
+pytestmark = pytest.mark.long
+
 NAMES = sorted(path.stem for path in (Path(__file__).resolve().parents[3] / "conf" / "world").glob("*.yaml"))
 PLACE = np.array([0.3, 0.05, 0.2])
 

@@ -26,6 +26,8 @@ from oio.log import MemoryLog, Progress, StageMark
 from oio.results.statistics import anees_band, rms_ratio, wilson
 from oio.sweep.table_1 import Published
 
+pytestmark = pytest.mark.long
+
 SHORT = (
     "sensor=ndir", "air=steady", "dof=3", "search=d_optimal", "ekf=ekf", "stage.navigate.max_moves=7", "stage.map_beliefs.repeats=2",
     "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2",

@@ -16,6 +16,8 @@ from oio.bench.trial import composed_trial
 from oio.core.records import JointState, Truth
 from oio.estimators.ekf import Ekf
 
+pytestmark = pytest.mark.long
+
 CASE = Case("ndir", "steady", 3, "ekf", "known")
 BRIEF = ("stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0", "stage.calibrate_bouts.moves_per_rung=2")
 TIMES = Times((15.0, 20.0), 5.0, 0.5)

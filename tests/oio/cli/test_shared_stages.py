@@ -15,6 +15,8 @@ from pipelines.baseline import Baseline
 from pipelines.map_beliefs import MapBeliefs
 from pipelines.warm_up import WarmUp
 
+pytestmark = pytest.mark.long
+
 QUICK = ("sensor=ndir", "dof=3", "seed=5", "stage.navigate.max_moves=7")
 
 

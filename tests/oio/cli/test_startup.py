@@ -8,6 +8,8 @@ import pytest
 
 from oio.cli.command_table import COMMANDS
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 MODULES = [*(module for module, _ in COMMANDS.values()), "oio.gym.train"]
 

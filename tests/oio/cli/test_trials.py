@@ -19,6 +19,8 @@ from oio.cli.compose import compose
 from oio.cli.execute import execute
 from oio.core.errors import BadInput, OioError
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 SHORT = (
     "sensor=ec", "dof=3", "seed=3", "report=false", "stage.navigate.max_moves=12", "stage.map_beliefs.repeats=2",

@@ -15,6 +15,8 @@ from oio.log import MemoryLog
 from oio.results.calibration import Navigation
 from oio.runtime.runner import run_stages
 
+pytestmark = pytest.mark.long
+
 
 def episode(env, seed, moves=100):
     """Observations, rewards and ends of an episode with random actions, and its last info."""

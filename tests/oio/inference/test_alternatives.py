@@ -13,6 +13,8 @@ from oio.inference.alternatives import WORLDS, extend, of_shape
 from oio.inference.law_extension import LawExtension
 from oio.inference.map_fit import CALIBRATED, solve
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def maps(built):

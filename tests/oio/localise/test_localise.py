@@ -132,6 +132,7 @@ def test_joints_of_an_arm_are_a_path_too(tmp_path, capsys):
         (("sensor=ndir", NOSE, "nominal.rise_s=-4"), "nominal.rise_s is -4, but 0.001 to 3600 is allowed"),
         (("sensor=ndir", NOSE, "beacon_m=[1,2]"), "clean_air_s=[BEGIN,END]"),
         (("sensor=ndir", NOSE, "clean_air_s=[0,1]"), "Type beacon_m=[X,Y,Z]"),
+        (("sensor=ndir", NOSE, "serch_s=[1,2]"), "The nearest that exists is search_s"),
         (("sensor=ndir", NOSE, "search_s=3"), "search_s=3 was given, but it is a list"),
         (("sensor=ndir", NOSE, "search_s=[1,two]"), "two times in seconds"),
         (("sensor=ndir", NOSE, "search_s=[500,600]"), "there is no reading from 500 to 600 s"),

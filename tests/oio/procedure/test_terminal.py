@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 WORDS = ("protocol=emulated", "sensor=ndir", "dof=1", "stage=[warm_up,baseline]")
 TYPED = {

@@ -13,6 +13,8 @@ import pytest
 from oio.report.__main__ import main
 from oio.report.verdict_part import answer
 
+pytestmark = pytest.mark.long
+
 PARTS = ("criteria", "place", "signal", "sensor", "filter", "nose", "calibration", "truth", "assumptions", "provenance")
 FIGURES = ("search", "source_error", "readings", "allan", "step", "nis", "residuals", "nose")
 

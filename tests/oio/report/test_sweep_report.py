@@ -3,7 +3,11 @@
 import json
 import re
 
+import pytest
+
 from oio.report.__main__ import main
+
+pytestmark = pytest.mark.long
 
 
 def test_a_sweep_has_one_page_with_links_to_its_runs(swept, tmp_path):

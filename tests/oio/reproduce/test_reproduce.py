@@ -22,6 +22,8 @@ from oio.reproduce.__main__ import main
 from oio.reproduce.configuration import differing_keys
 from oio.reproduce.original import differing, original
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 FEW = ("stage.calibrate_bouts.moves_per_rung=2", "stage.map_beliefs.repeats=2", "stage.map_beliefs.budget_s=0")
 TINY = ("sensor=ndir", "dof=3", "seed=3", "stage.navigate.max_moves=10", *FEW)

@@ -11,6 +11,8 @@ from oio.gas.range_law import LAW, concentration
 from oio.search.exploration import GRID_POINTS, WINDY_PER_M, _source_grid, _source_posterior, explore
 from oio.search.view import Move, View
 
+pytestmark = pytest.mark.long
+
 K_PER_M = 60.0
 angles = st.floats(-np.pi, np.pi)
 

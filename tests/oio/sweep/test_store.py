@@ -17,6 +17,8 @@ from oio.sweep.fingerprint import folders_of, input_files, version_of_everything
 from oio.sweep.manifest import Job
 from oio.sweep.store import Store
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 FILES = {
     "run.mcap": os.urandom(200_000),

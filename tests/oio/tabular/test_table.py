@@ -209,6 +209,12 @@ def test_units_with_signs_of_print_are_known(name, unit):
     assert unit_of(name) == unit
 
 
+def test_a_column_that_is_not_there_is_answered_with_those_that_are():
+    text = "Logger 3, room 12\nt [s],co2 [ppm],note\n0,420,a\n1,421,b\n2,422,c\n"
+    with pytest.raises(BadInput, match=r"no column \['CO'\]. Its columns are \['t \[s\]', 'co2 \[ppm\]', 'note'\]"):
+        mapped(text, columns=("CO",))
+
+
 def test_columns_of_two_units_are_not_read_as_one():
     with pytest.raises(BadInput, match=r"readings have one unit\. Type 'recording\.columns="):
         mapped("t [s],eco2_ppm,tvoc_ppb\n0,420,10\n1,421,11\n")

@@ -21,6 +21,8 @@ from oio.view.__main__ import main
 from oio.view.base import NoView, View
 from oio.view.rerun_view import INSTALL, RerunView
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("rerun")
 
 SHORT = (
