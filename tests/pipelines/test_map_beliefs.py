@@ -16,6 +16,8 @@ from oio.results.calibration import BaselineResult, MapCalibration
 from oio.runtime.runner import run_stages
 from pipelines.map_beliefs import MapBeliefs
 
+pytestmark = pytest.mark.long
+
 STANDARD = instantiate(yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text(encoding="utf-8")), _convert_="all")
 WORDS = (
     "sensor=ndir", "air=steady", "dof=3", "stage=[warm_up,baseline,calibrate_bouts,map_beliefs]", "stage.calibrate_bouts.moves_per_rung=1",

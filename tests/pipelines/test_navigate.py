@@ -23,6 +23,8 @@ from oio.search.elsewhere import LookElsewhere
 from oio.search.stop_rule import StopRule
 from oio.search.view import Move
 
+pytestmark = pytest.mark.long
+
 WORDS = (
     "sensor=ndir", "air=steady", "dof=3", "stage.calibrate_bouts.moves_per_rung=1", "stage.map_beliefs.repeats=2",
     "stage.map_beliefs.budget_s=0", "stage.navigate.mapping.explore_moves=4", "stage.navigate.mapping.min_whiffs=0",

@@ -13,6 +13,8 @@ from oio.cli.build import build
 from oio.cli.compose import compose
 from oio.estimators import odometry as filters
 
+pytestmark = pytest.mark.long
+
 SHORT = {
     "stage.navigate.max_moves": 15, "stage.map_beliefs.repeats": 2, "stage.map_beliefs.budget_s": 0,
     "stage.calibrate_bouts.moves_per_rung": 2, "stage.navigate.belief_every_s": 0, "stage.evaluate.paper_assembly": False,

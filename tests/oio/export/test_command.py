@@ -6,6 +6,8 @@ import pytest
 
 from oio.export.__main__ import WRITERS, main
 
+pytestmark = pytest.mark.long
+
 FILES = {
     "csv": ["tracks.csv", "readings.csv", "joints.csv"],
     "kalibr": ["gas.yaml"],

@@ -13,6 +13,8 @@ from hydra.core.global_hydra import GlobalHydra
 
 from oio.identify.command import main
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 DATA = Path(os.environ.get("OIO_DATA", "data"))
 real = pytest.mark.skipif(not (DATA / "orebro3dsen").is_dir(), reason="no recordings here: OIO_DATA names no folder that has them")

@@ -9,6 +9,8 @@ from oio.gas.fluctuation import Fluctuation
 from oio.inference import beacon_fit
 from oio.inference.beacon_fit import _fit_discrepancy, beacon_problem, fit_beacon
 
+pytestmark = pytest.mark.long
+
 CALM = Fluctuation(1.0, 0.02, 0.3)
 SEEDS = (900, 901, 902)
 PLAYS_M, STRAYS = (0.001, 0.002, 0.003), (0.0, 0.05, 0.1, 0.2, 0.3)

@@ -11,6 +11,8 @@ from oio.core.errors import BadInput
 from oio.kinematics.minimum_jerk import minimum_jerk
 from oio.motion.path_planning import COARSE_CHECKS, MIN_SEGMENT_S, TOLERANCE_M, _straight, box_violation_m, duration_s, joints_at, plan
 
+pytestmark = pytest.mark.long
+
 SEEDS = st.integers(0, 10_000)
 
 

@@ -22,6 +22,8 @@ from oio.procedure.steps import Prompt, Question, Wait, duration
 from oio.procedure.written_answers import WrittenAnswers, protocol_events
 from oio.reproduce.__main__ import main as reproduce
 
+pytestmark = pytest.mark.long
+
 QUICK = ("sensor=ndir", "dof=1", "stage=[warm_up,baseline]")
 ANSWERS = {"operator": "Ada", "sensor_serial": "0012", "gas_closed": "done", "room_degc": 21.5, "undisturbed": True}
 PROTOCOLS = sorted(path.stem for path in (CONF / "protocol").glob("*.yaml"))
