@@ -44,7 +44,7 @@ docs: venv  ## the site, in site/; a warning is an error
 	$(PY) docs/commands.py
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet --strict
 
-test: lint  ## lint, types, contracts and the quick tests, under ten minutes on two cores
+test: lint  ## lint, types, contracts and the quick tests, about ten minutes on two cores
 	$(PY) -m pytest -n 2 --dist worksteal
 
 test-long: venv  ## whole runs, sweeps, emulated benches: twice as long; CI runs both

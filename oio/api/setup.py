@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -35,8 +35,7 @@ class Setup:
     overrides: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        with suppress(OSError):  # a cache that cannot be written is none
-            use_shipped()
+        use_shipped()
         with in_one_paragraph():
             from oio.cli.unread_keys import refuse_unread
 

@@ -26,11 +26,8 @@ def first_compile(quiet: bool = False) -> None:
     Of several processes one does it, the others wait. What fails here is compiled, or fails, where it is used. A stop ends it.
     """
     done = complete_mark()
-    if NUMBA.DISABLE_JIT or done.exists():
+    if NUMBA.DISABLE_JIT or done.exists() or use_shipped():
         return
-    with suppress(OSError):
-        if use_shipped():
-            return
     told = nullcontext() if quiet else terminal.console(stderr=True).status(SAYS)
     with suppress(OSError), done.with_name("compiling").open("w") as lock, told:  # a cache that cannot be written is none
         _locked(lock.fileno())

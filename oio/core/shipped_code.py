@@ -13,6 +13,7 @@ import platform
 import shutil
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -46,11 +47,13 @@ def pack(cache: Path, into: Path) -> int:
 
 
 def use_shipped() -> bool:
-    """Copy the wheel's code to the cache unless that was done; returns whether all that is compiled is there."""
+    """Copy the wheel's code to the cache unless that was done; returns whether all that is compiled is there. A cache that cannot be
+    written is none."""
     shipped, done = SHIPPED / name_of(cache_folder().name), complete_mark()
     if not done.exists() and shipped.is_dir() and runs_here():
-        unpack(shipped, cache_folder())
-        done.touch()
+        with suppress(OSError):
+            unpack(shipped, cache_folder())
+            done.touch()
     return done.exists()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.tabular.layout import Layout, is_number, places, splitter
+from oio.tabular.layout import Layout, is_number, places, splitter, unique
 from oio.tabular.mapping import typed
 from oio.tabular.text import Text, lines
 
@@ -37,7 +37,7 @@ def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[
         except csv.Error:
             cells = []
         reason = _reason(match[0], cells, width, layout)
-        if cells and not cells[0][:1].isdigit():
+        if cells and reason != "repeated header" and not cells[0][:1].isdigit():
             _refuse_other_header(source.name, layout, cells, number)
         if reason:
             other[reason] += 1
@@ -69,7 +69,7 @@ def _reason(line: str, cells: Sequence[str], width: int, layout: Layout) -> str:
 
 def _refuse_other_header(name: str, layout: Layout, cells: Sequence[str], number: int) -> None:
     """Raise BadInput if a row names the columns anew, but not as they were: what follows it would be read into the wrong ones."""
-    named = tuple(cell.strip(' "#\t') for cell in cells)
+    named = unique([cell.strip(' "#\t') for cell in cells])
     if named != layout.names and sum(cell in layout.names for cell in named) >= 2 and not any(map(is_number, named)):
         raise BadInput(
             f"{name} names its columns again in row {number} below its header, and otherwise: {list(named)} instead of "

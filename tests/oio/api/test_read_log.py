@@ -37,13 +37,18 @@ def test_a_source_is_found_from_a_table_alone(table):
     assert np.linalg.norm(found.mean_m - SOURCE_M) < 0.01
 
 
+def placed(table, place):
+    """The lines of the log, with the nose at this place (3 cells) for ten seconds."""
+    lines = table.read_text(encoding="utf-8").splitlines()
+    for i in range(201, 301):
+        cells = lines[i].split(";")
+        lines[i] = ";".join([cells[0], *place, *cells[4:]])
+    return lines
+
+
 def test_readings_in_a_hole_of_the_path_are_left_out_and_the_hole_is_named(table):
     """A straight line from one end of a hole to the other would put the nose where it was not."""
-    lines = table.read_text(encoding="utf-8").splitlines()
-    for i in range(200, 300):
-        cells = lines[1 + i].split(";")
-        lines[1 + i] = ";".join([cells[0], "", "", "", *cells[4:]])
-    table.write_text("\n".join(lines), encoding="utf-8")
+    table.write_text("\n".join(placed(table, ["", "", ""])), encoding="utf-8")
     log = oio.read_log(table, nose_columns=["x_mm", "y_mm", "z_mm"])
     np.testing.assert_allclose(log.holes_s, [[19.9, 30.0]], atol=1e-9)
     t_s = np.asarray(log.readings.t_s)
@@ -54,10 +59,7 @@ def test_readings_in_a_hole_of_the_path_are_left_out_and_the_hole_is_named(table
 
 
 def test_a_log_that_is_written_while_the_nose_moves_has_no_holes(table):
-    lines = table.read_text(encoding="utf-8").splitlines()
-    for i in range(200, 300):
-        cells = lines[1 + i].split(";")
-        lines[1 + i] = ";".join([cells[0], *lines[1 + 199].split(";")[1:4], *cells[4:]])
+    lines = placed(table, table.read_text(encoding="utf-8").splitlines()[200].split(";")[1:4])
     kept = [line for i, line in enumerate(lines) if not 201 < i < 300]  # at rest from 19.9 s to 29.8 s, without rows
     table.write_text("\n".join(kept), encoding="utf-8")
     assert not len(oio.read_log(table, nose_columns=["x_mm", "y_mm", "z_mm"]).holes_s)

@@ -190,6 +190,12 @@ def test_a_header_with_its_columns_in_another_order_is_refused():
         mapped(rows + "time_s,temp_C,co2_ppm\n2,21,422\n")
 
 
+def test_a_repeated_header_with_two_equal_names_is_the_same_header():
+    rows = "time_s,co2_ppm,co2_ppm\n0,420,421\n1,421,422\n"
+    for again in ("time_s,co2_ppm,co2_ppm\n", "time_s, co2_ppm, co2_ppm\n"):
+        assert len(mapped(rows + again + "2,422,423\n").table.t_s) == 3
+
+
 @pytest.mark.parametrize(("unit", "ppm"), [("PPB", 0.42), ("vol%", 4.2e6), ("%vol", 4.2e6), ("ppm", 420.0)])
 def test_a_unit_is_known_in_any_of_its_spellings(unit, ppm):
     read = mapped("t [s],gas\n0,420\n1,421\n", columns=("gas",), unit=unit)
