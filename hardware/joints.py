@@ -9,7 +9,9 @@ says, and the place of the nose with a ruler. (LeRobot's own connecting lets go 
 """
 
 import sys
+import threading
 import time
+from collections.abc import Callable
 
 from oio.core import startup
 from oio.core.standard_output import ended
@@ -21,10 +23,11 @@ import numpy as np
 from hydra.utils import instantiate
 from rich.table import Table
 
-from hardware.drivers.arm_port import PORTS, ArmPort
+from hardware.drivers.arm_port import ADVICE, PORTS, ArmPort
 from hardware.drivers.arms.jitter import Jitter
 from hardware.drivers.arms.joint_reading import JointReading
-from hardware.drivers.robots.robot import Robot
+from hardware.drivers.robots.robot_arm import TURN
+from hardware.drivers.robots.watched_robot import WatchedRobot
 from hardware.transport.clock import Clock
 from hardware.transport.port import NoAnswer, Unplugged
 from oio.cli import terminal
@@ -51,18 +54,48 @@ def main(arguments: list[str]) -> None:
         )
     clock = Clock(1.0)
     arm: Arm = unlocked(instantiate(cfg.arm, _convert_="all"))
-    robot = port.robot(arm, clock)
+    robot = WatchedRobot(port.robot(arm, clock), clock)
+    told: list[tuple[str, list[JointReading], Jitter]] = []
+
+    def talk() -> None:
+        try:
+            robot.connect()
+            told.append((robot.describe(), *read_for(robot, port.period_s, clock)))
+        finally:
+            robot.close()
+
     try:
-        robot.connect()
-        identity, (readings, rhythm) = robot.describe(), read_for(robot, port.period_s, clock)
+        in_time(talk, robot, cfg.backend.timeouts.connect_s)
     except (NoAnswer, Unplugged) as error:
         raise OioError(f"backend.arm.port={port.port} does not answer: {error}.") from error
-    finally:
-        robot.close()
-    show(arm, identity, readings, rhythm)
+    except TimeoutError as error:
+        raise OioError(f"backend.arm.driver={port.driver} at backend.arm.port={port.port} hangs: {error}. {ADVICE[port.driver]}") from None
+    show(arm, *told[0])
 
 
-def read_for(robot: Robot, period_s: float, clock: Clock) -> tuple[list[JointReading], Jitter]:
+def in_time(talk: Callable[[], None], robot: WatchedRobot, limit_s: float) -> None:
+    """Call `talk` in a thread of its own, for code of others has no time-out. Raises what it raises, and TimeoutError for a call into the
+    robot that does not return within `limit_s`."""
+    failed: list[BaseException] = []
+
+    def caught() -> None:
+        try:
+            talk()
+        except BaseException as error:  # an exception in a thread is not reported by itself
+            failed.append(error)
+
+    thread = threading.Thread(target=caught, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        interrupt.check()
+        if robot.call_s > limit_s:
+            raise TimeoutError(f"a call has not returned for {limit_s:g} s")
+        thread.join(0.05)
+    if failed:
+        raise failed[0]
+
+
+def read_for(robot: WatchedRobot, period_s: float, clock: Clock) -> tuple[list[JointReading], Jitter]:
     """Return the readings of `FOR_S` seconds, and how evenly they came."""
     readings, rhythm, end_s = list[JointReading](), Jitter(), time.monotonic() + FOR_S
     while time.monotonic() < end_s:
@@ -84,6 +117,10 @@ def show(arm: Arm, identity: str, readings: list[JointReading], rhythm: Jitter) 
     console.print(table)
     where = "where it may stand" if arm.is_allowed(q[-1]) else "where it may NOT stand: it would not be led"
     console.print(f"The nose is at {np.round(arm.nose(q[-1]), 3).tolist()} m, {where}.", markup=False)
+    if np.max(np.abs(q[-1])) > TURN:
+        console.print(
+            f"It says {np.round(q[-1], 2).tolist()}, more than a turn as radians; if those are degrees, give radians.", markup=False
+        )
 
 
 def _columns(arm: Arm, q: Array, load: Array, per_unit: Array) -> tuple[list[str], ...]:

@@ -101,7 +101,8 @@ class RecordedWorld:
 
     def _raise_end(self) -> NoReturn:
         self._t_ns = self._playback.end_ns
+        part = f" with source '{self._source}'" if len(self._playbacks) > 1 else ""
         raise WorldEnded(
-            f"recording '{self._name}' has no more than {self._playback.length_s:.0f} s for '{self._source}'. "
-            f"Shorten the stages before, or ask for fewer trials."
+            f"recording '{self._name}' ends after {self._playback.length_s:.0f} s{part}, before the stages do. Record for longer, or type "
+            f"fewer stages, e.g. stage=[warm_up]."
         )

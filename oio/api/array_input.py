@@ -41,7 +41,8 @@ def _checked(name: str, values: ArrayLike, wanted: tuple[int | str, ...]) -> Arr
         raise BadInput(f"{name} cannot be read as an array of numbers ({error}), but the shape {shape} is wanted.") from None
     fits = len(array.shape) == len(wanted) and all(w == n for w, n in zip(wanted, array.shape, strict=True) if isinstance(w, int))
     if not fits:
-        raise BadInput(f"{name} has the shape {array.shape}, but {shape} is wanted. Give one row per time, e.g. with numpy's reshape.")
+        advice = " Give one row per time, e.g. with numpy's reshape." if "." in name else ""  # a field of readings or of a path
+        raise BadInput(f"{name} has the shape {array.shape}, but {shape} is wanted.{advice}")
     if array.size == 0:
         raise BadInput(f"{name} is empty, its shape is {array.shape}, but at least one value is wanted. Give what was recorded.")
     bad = np.flatnonzero(~np.isfinite(array).reshape(len(array), -1).all(axis=1))

@@ -1,5 +1,6 @@
 """`locate`: readings and poses in, source and covariance out, with other places that explain the readings, and a verdict in words."""
 
+import re
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -17,14 +18,15 @@ from oio.inference.map_fit import Fit
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
 from oio.results.criteria.judgement import RECALIBRATE, WARN, WORDS, Judgement, Verdict
-from oio.results.criteria.search import SNIFF_LONGER
 from oio.results.evaluation import Evaluation, Findings, Outcome, Place, Scored
 from oio.results.verdict import judge
 
 COLD = "There was no calibration: lag, gain and noise are those of data sheets, and may be off by factors. Calibrate, see oio.calibrate."
 OWN_WORDS = {  # what the reader of a log does, who has no stage and no key of a run
-    RECALIBRATE: "Calibrate in the air, and with the sensor, of these readings.",
-    SNIFF_LONGER: "Sniff longer, nearer, or with a stronger source.",
+    re.escape(RECALIBRATE): "Calibrate in the air, and with the sensor, of these readings.",
+    r"\braise stage\.navigate\.max_moves": "sniff longer",
+    r"\bRaise stage\.navigate\.max_moves": "Sniff longer",
+    r" \(stage\.[\w.]+\)": "",
 }
 NOT_JUDGED = ("declared",)  # criteria of a search that goes on by itself
 
@@ -122,10 +124,14 @@ def _judged(odometry: Odometry, setup: Setup) -> Verdict:
 
 
 def _in_own_words(judgement: Judgement) -> Judgement:
-    action = judgement.action
+    return replace(judgement, found=own_words(judgement.found), action=own_words(judgement.action))
+
+
+def own_words(text: str) -> str:
+    """Advice without the keys of a run."""
     for words, own in OWN_WORDS.items():
-        action = action.replace(words, own)
-    return replace(judgement, action=action)
+        text = re.sub(words, own, text)
+    return text
 
 
 def _at(fit: Fit) -> tuple[tuple[float, ...], float]:

@@ -11,6 +11,8 @@ from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, GasSample, nanoseconds
 
+FARTHEST_M = 99.0  # of a nose from the origin of its frame
+
 
 @dataclass(frozen=True, eq=False)
 class Readings:
@@ -119,6 +121,9 @@ class NosePath(JointPath):
 
     def __init__(self, t_s: ArrayLike, p_m: ArrayLike) -> None:
         super().__init__(t_s, p_m)
+        farthest_m = float(np.max(np.abs(np.asarray(self.q))))
+        if farthest_m > FARTHEST_M:
+            raise BadInput(f"NosePath.p_m has values up to {farthest_m:g}, but m are wanted, {FARTHEST_M:g} at most. Divide mm by 1000.")
 
 
 def _within(t_s: Array, begin_s: float, end_s: float, what: str) -> NDArray[np.bool_]:

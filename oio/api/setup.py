@@ -1,5 +1,6 @@
 """`Setup`: which sensor, which arm, and the numbers of the model, composed from conf/ without a command line."""
 
+import difflib
 import functools
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -61,13 +62,20 @@ class Setup:
         return OmegaConf.select(self._composed.cfg, key)
 
     def part(self, key: str) -> Any:
-        """What the configuration builds of one key, e.g. `belief_map`; frozen, and built once."""
+        """What the configuration builds of one key, e.g. `belief_map`; frozen, built once. Raises BadInput where it has none."""
         if key not in self._built:
             from hydra.utils import instantiate
 
+            self._refuse_missing(key)
             with in_one_paragraph():
                 self._built[key] = instantiate(self.number(key), _convert_="all")
         return self._built[key]
+
+    def _refuse_missing(self, key: str) -> None:
+        if self.number(key) is None:
+            near = difflib.get_close_matches(key, list(self._composed.cfg), 1)
+            example = f"Give '{near[0]}'." if near else "Give e.g. 'belief_map'."
+            raise BadInput(f"'{key}' was asked for, but the configuration has nothing under this key. {example}")
 
     @functools.cached_property
     def _built(self) -> dict[str, Any]:

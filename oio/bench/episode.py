@@ -87,11 +87,15 @@ class Episode:
 def words_of(
     sensor: str, dof: int, air: str, arm: str, profile: str, overrides: Mapping[str, object] | None
 ) -> tuple[str, ...]:  # fmt: skip
-    """Words of the command line, checked. Raises BadInput in one paragraph for what is wrong, and for a seed: episodes have their own."""
+    """Words of the command line, checked: all is built once. Raises BadInput in one paragraph for what is wrong, and for a seed: episodes
+    have their own."""
     own = [key for key in overrides or {} if key in ("seed", "backend", "stage") or key.startswith("seeds.")]
     if own:
         raise BadInput(f"overrides has {own[0]}, but an environment sets it itself. Give seeds to reset, and leave {own[0]} out.")
-    return tuple(Setup(sensor, dof, arm, profile, {"air": air, **(overrides or {})}).words)
+    words = tuple(Setup(sensor, dof, arm, profile, {"air": air, **(overrides or {})}).words)
+    with in_one_paragraph():
+        experiment(words, 0)
+    return words
 
 
 def made(words: tuple[str, ...], seed: int, until: str) -> Bench:

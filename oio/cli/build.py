@@ -85,10 +85,22 @@ def _build(cfg: DictConfig, choices: dict[str, str], overrides: list[str]) -> Ex
         view=_built(cfg.view), beacon_m=None if cfg.beacon.position is None else np.array(cfg.beacon.position, dtype=float),
         trials=cfg.trials,
     )  # fmt: skip
+    _build_typed(cfg, overrides)
     check_order(experiment.stages)
     if experiment.trials > 1:
         _refuse_trials(experiment, choices)
     return experiment
+
+
+def _build_typed(cfg: DictConfig, overrides: list[str]) -> None:
+    """Build the outermost node of every typed key, so that a wrong value is refused even where none of the stages reads it."""
+    for word in overrides:
+        node: Any = cfg
+        for part in word.lstrip("+~").partition("=")[0].split("."):
+            node = OmegaConf.select(node, part) if OmegaConf.is_dict(node) else None
+            if OmegaConf.is_dict(node) and "_target_" in node:
+                _built(node)
+                break
 
 
 def _refuse_repeated(overrides: list[str]) -> None:

@@ -1,9 +1,11 @@
 """What became of a run below Hydra, which returns nothing and would print an exception twice: noted here, taken up when Hydra is done."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 FAILED: list[Exception] = []
 VERDICTS: list[str] = []
+TO_SHOW: list[Callable[[], None]] = []  # what prints the outcome of a run
 TO_REPORT: list[Path] = []  # folders of runs that are done and want a report
 
 
@@ -13,6 +15,14 @@ def raise_first() -> None:
     FAILED.clear()
     if noted:
         raise noted[0]
+
+
+def show_all() -> None:
+    """Print the outcomes noted, and forget them."""
+    noted = list(TO_SHOW)
+    TO_SHOW.clear()
+    for show in noted:
+        show()
 
 
 def verdict_failed() -> bool:

@@ -4,7 +4,6 @@ Words after the name are those of the run, e.g. sensor=ndir 'stage=[warm_up,base
 standard output.
 """
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from oio.cli.compose import compose
 from oio.cli.exit_codes import run_command
 from oio.cli.help import choices
 from oio.cli.plugins import FOLDER, absolute, plugin_packages
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.core.folders import CONF
 from oio.procedure.html_page import html
@@ -31,7 +31,7 @@ CODES = "exit code: 0 printed, 2 bad input"
 
 def main(arguments: list[str] | None = None) -> int:
     """Print or write one page; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m oio.protocol", description=__doc__, epilog=CODES)
+    parser = CommandParser(example="emulated", prog="python -m oio.protocol", description=__doc__, epilog=CODES)
     parser.add_argument("name", metavar="NAME", help="of a protocol: conf/protocol/NAME.yaml")
     parser.add_argument("words", nargs="*", metavar="KEY=VALUE", help="of the run")
     parser.add_argument("--config-dir", type=Path, metavar="FOLDER", help="with choices of your own, FOLDER/protocol/NAME.yaml")

@@ -1,9 +1,9 @@
 """`python -m oio.recover PATH [OUT]`: make a finished log of one whose run was killed."""
 
-import argparse
 import sys
 from pathlib import Path
 
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.core.records import seconds
 from oio.log import salvage
@@ -13,7 +13,7 @@ COMPLETE, NOTHING, LOSSY = 0, 1, 3  # 2, bad input, is BadInput.exit_code and ar
 
 def main(arguments: list[str] | None = None) -> int:
     """Recover one log and say in one line what was kept; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m oio.recover", description=__doc__, epilog=_CODES)
+    parser = CommandParser(example="outputs/first/run.mcap.part", prog="python -m oio.recover", description=__doc__, epilog=_CODES)
     parser.add_argument("path", type=Path, metavar="PATH", help="the log, e.g. run.mcap.part; it is only read")
     parser.add_argument("out", type=Path, metavar="OUT", nargs="?", help="the finished log (default: PATH without .part)")
     given = parser.parse_args(arguments)

@@ -4,6 +4,7 @@ A verdict FAIL is exit code 3.
 """
 
 import importlib
+import logging
 import os
 import sys
 from pathlib import Path
@@ -20,7 +21,8 @@ from oio.cli.console import show_summary
 from oio.cli.execute import execute
 from oio.cli.exit_codes import VERDICT_FAILED, run_command
 from oio.cli.hydra_errors import known_error
-from oio.cli.outcome import FAILED, TO_REPORT, VERDICTS, raise_first, verdict_failed
+from oio.cli.options import refuse_unknown_options
+from oio.cli.outcome import FAILED, TO_REPORT, TO_SHOW, VERDICTS, raise_first, show_all, verdict_failed
 from oio.cli.plugins import plugin_packages, search_path, without_search_path
 from oio.cli.replay_overrides import replayed
 from oio.cli.run_folder import state_of, write_status
@@ -46,9 +48,9 @@ def job(cfg: DictConfig) -> dict[str, Any]:
         return {}
     if not sweeping:
         if cfg.trials > 1:
-            show_trials(document, f"trials.csv and numbers are in {out}")
+            TO_SHOW.append(lambda: show_trials(document, f"trials.csv and numbers are in {out}"))
         else:
-            show_summary(document, f"log, calibration and numbers are in {out}")
+            TO_SHOW.append(lambda: show_summary(document, f"log, calibration and numbers are in {out}"))
         VERDICTS.append(document["verdict"])
         if cfg.report and (out / "run.mcap").is_file():
             TO_REPORT.append(out)
@@ -85,12 +87,14 @@ def _register_launchers() -> None:
 
 def _run(arguments: list[str]) -> None:
     check_packages()
+    refuse_unknown_options(arguments)
     arguments, own = without_search_path(replayed(arguments))
     arguments += search_path([*own, *plugin_packages()])
     if {"-m", "--multirun"} & set(arguments):
         refuse_bad_choices(arguments)
     _register_launchers()
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors are printed by `run_command`, as one paragraph
+    logging.raiseExceptions = False  # Hydra prints --info by logging, which shows a trace where nobody reads it any more
     sys.argv = [sys.argv[0], *arguments]
     hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")(job)()
     raise_first()
@@ -101,4 +105,5 @@ def main() -> int:
     interrupt.listen()
     stopped = "stopped; what was logged so far can be read (python -m oio.recover RUN/run.mcap.part)."
     code = run_command(lambda: _run(sys.argv[1:]), stopped)
+    show_all()
     return VERDICT_FAILED if verdict_failed() and not code else code

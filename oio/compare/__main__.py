@@ -1,6 +1,5 @@
 """`python -m oio.compare A B`: what changed between calibrations, in standard deviations; of more than two, what is not constant."""
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -12,6 +11,7 @@ startup.handle_signals(__name__)
 from oio.compare.comparison import compare
 from oio.compare.display import show
 from oio.compare.files import refuse_unwritable, save
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.results.calibration_entries import read_calibration
 
@@ -37,8 +37,8 @@ def main(arguments: list[str] | None = None) -> int:
     return AGREE if found.agree else DIFFER
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m oio.compare", description=__doc__, epilog=_CODES)
+def _parser() -> CommandParser:
+    parser = CommandParser(example="outputs/monday outputs/friday", prog="python -m oio.compare", description=__doc__, epilog=_CODES)
     parser.add_argument(
         "calibration",
         type=Path,

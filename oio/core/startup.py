@@ -1,4 +1,4 @@
-"""Process start-up of a command, before imports that take a second: thread counts of BLAS, and signals. Import it first."""
+"""Process start-up of a command, before imports that take a second: thread counts of BLAS, no OpenGL, and signals. Import it first."""
 
 import os
 import signal
@@ -10,6 +10,7 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 def handle_signals(name: str) -> None:
     """If the module of that `__name__` is the command: end it with one line on Ctrl-C and SIGTERM, until it installs its own handlers."""
     if name == "__main__":
+        os.environ.setdefault("MUJOCO_GL", "off")  # MuJoCo would look for a window library, in a process of its own; physics needs none
         signal.signal(signal.SIGINT, _end)
         signal.signal(signal.SIGTERM, _end)
 

@@ -1,6 +1,5 @@
 """`python -m oio.doctor [--json]`: is this computer ready? Versions, disk, clock, serial ports and their rights, and a short run."""
 
-import argparse
 import sys
 from collections.abc import Iterator
 
@@ -13,6 +12,7 @@ from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from oio.cli.exit_codes import run_command
+from oio.core.arguments import CommandParser
 from oio.core.folders import CONF, ROOT
 from oio.doctor.finding import FAIL, Check, Finding
 from oio.doctor.report import show, to_json, worst
@@ -23,7 +23,7 @@ CODES = "exit code: 0 nothing fails (warnings may), 3 something fails, 2 bad inp
 
 def main(arguments: list[str] | None = None) -> int:
     """Make all checks of conf/doctor.yaml and print what they find; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m oio.doctor", description=__doc__, epilog=CODES)
+    parser = CommandParser(example="--json", prog="python -m oio.doctor", description=__doc__, epilog=CODES)
     parser.add_argument("--json", action="store_true", help="for machines: schema oio.doctor/1")
     given = parser.parse_args(arguments)
     findings = list[Finding]()

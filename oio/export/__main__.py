@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from oio.cli.exit_codes import run_command
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.core.records import WorldSample
 from oio.export.kalibr import write_kalibr
@@ -46,8 +47,12 @@ exit code: 0 written, 2 bad input, 130 stopped
 
 def main(arguments: list[str] | None = None) -> int:
     """Export one run and print the paths of the files; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m oio.export", description=__doc__, epilog=FORMATS, formatter_class=argparse.RawDescriptionHelpFormatter
+    parser = CommandParser(
+        example="outputs/first --to csv",
+        prog="python -m oio.export",
+        description=__doc__,
+        epilog=FORMATS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("run", type=Path, metavar="RUN", help="the folder of a run, or its run.mcap")
     parser.add_argument("--to", choices=sorted(WRITERS), required=True, metavar="FORMAT", help=", ".join(sorted(WRITERS)))

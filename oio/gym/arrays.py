@@ -1,5 +1,6 @@
 """Spaces and arrays of the environments: every entry within [-1, 1], as float32."""
 
+import math
 from collections.abc import Mapping
 from typing import cast
 
@@ -23,6 +24,13 @@ def space_of(shapes: Mapping[str, tuple[int, ...]]) -> gymnasium.Space[dict[str,
 def as_floats(arrays: Mapping[str, Array]) -> dict[str, Floats]:
     """Arrays as float32, rounding included within [-1, 1]."""
     return {name: np.clip(value, -1.0, 1.0).astype(np.float32) for name, value in arrays.items()}
+
+
+def finite_number(name: str, value: float) -> float:
+    """The number given as `name`. Raises BadInput for what is none."""
+    if not isinstance(value, int | float) or not math.isfinite(value):
+        raise BadInput(f"{name} is {value!r}, but a finite number is needed. Leave it out for the usual one.")
+    return float(value)
 
 
 def checked_action(action: ArrayLike) -> Array:

@@ -12,7 +12,7 @@ from oio.bench.episode import begun, checked_benches, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, seconds
-from oio.gym.arrays import Floats, as_floats, checked_action, space_of
+from oio.gym.arrays import Floats, as_floats, checked_action, finite_number, space_of
 from oio.gym.beacon_poses import beacon_target_m, pose_near
 from oio.gym.beacon_survey import BeaconStage, Survey, shapes
 from oio.results.calibration import BaselineResult
@@ -44,10 +44,10 @@ class CalibrateEnv(gymnasium.Env[dict[str, Floats], Floats]):
         overrides: Mapping[str, object] | None = None, second_cost: float = 0.0, max_moves: int = 60,
         bench_seeds: Sequence[int] | None = (0, 1, 2, 3),
     ) -> None:  # fmt: skip
-        if max_moves < 1:
-            raise BadInput(f"max_moves is {max_moves}, but an episode has one measurement at least. Type max_moves=60.")
+        if not isinstance(max_moves, int) or max_moves < 1:
+            raise BadInput(f"max_moves is {max_moves!r}, but it is a whole number, 1 at least. Type max_moves=60.")
         self._words = words_of(sensor, dof, air, arm, profile, overrides)
-        self._second_cost, self._max_moves = second_cost, max_moves
+        self._second_cost, self._max_moves = finite_number("second_cost", second_cost), max_moves
         self._bench_seeds = checked_benches(bench_seeds)
         self.observation_space = space_of(shapes(dof))
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from oio.bench.episode import Episode, begun, checked_benches, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
-from oio.gym.arrays import Floats, as_floats, checked_action, space_of
+from oio.gym.arrays import Floats, as_floats, checked_action, finite_number, space_of
 from oio.gym.search_reward import worth_of
 from oio.results.calibration import Calibration
 from oio.search.closed_loop import ClosedLoop
@@ -56,8 +56,8 @@ class SearchEnv(gymnasium.Env[dict[str, Floats], Floats]):
         if frame not in GOALS:
             raise BadInput(f"frame is {frame!r}, but it can be {' or '.join(GOALS)}. Type frame='box'.")
         self._words = words_of(sensor, dof, air, arm, profile, overrides)
-        self._frame, self._worth, self._second_cost, self._declared = frame, worth_of(reward), second_cost, declared
-        self._judged = reward == "log_score"
+        self._frame, self._worth, self._judged = frame, worth_of(reward), reward == "log_score"
+        self._second_cost, self._declared = finite_number("second_cost", second_cost), finite_number("declared", declared)
         self._bench_seeds = checked_benches(bench_seeds)
         self.observation_space = space_of(shapes(dof))
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)

@@ -4,11 +4,11 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
 
 from rich.console import Console
 
 from oio.cli.exit_codes import run_command
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.identify.display import save, show
 from oio.identify.element_quantities import element_rows
@@ -29,11 +29,6 @@ EXAMPLES = """\
 
 exit code: 0 done (what cannot be identified is said), 2 bad input, 130 stopped
 """
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        raise BadInput(f"{message}. Type e.g. python -m oio.identify recording=sgp30_64h; --help has more examples.")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -83,9 +78,10 @@ def _interval(text: str) -> tuple[float, float]:
     return begin, end
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="python -m oio.identify", description="Noise, drift, lags and twins of a sensor, from its readings.", epilog=EXAMPLES,
+def _parser() -> CommandParser:
+    parser = CommandParser(
+        prog="python -m oio.identify", example="recording=sgp30_64h", epilog=EXAMPLES,
+        description="Noise, drift, lags and twins of a sensor, from its readings.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     parser.add_argument("what", nargs="+", metavar="WHAT", help="the folder or log of a run; or recording=NAME and other KEY=VALUE")

@@ -1,6 +1,5 @@
 """`python -m oio.inspect my.csv`: what is in a table, counted: encoding, delimiter, header, clocks, columns; then the YAML to play it."""
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.inspect.display import show
 from oio.inspect.survey import survey
@@ -56,8 +56,8 @@ def _write(path: Path, text: str) -> None:
         raise BadInput(f"{path} cannot be written ({error.strerror}).") from None
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m oio.inspect", description=__doc__, epilog=CODES)
+def _parser() -> CommandParser:
+    parser = CommandParser(example="my.csv", prog="python -m oio.inspect", description=__doc__, epilog=CODES)
     parser.add_argument("file", type=Path, metavar="FILE", help="a table as text, plain or .gz; .parquet; or the .mcap log of any program")
     parser.add_argument(
         "known", nargs="*", metavar="KEY=VALUE", help="what you know of it: keys of conf/recording/csv.yaml, e.g. time_unit=ms"

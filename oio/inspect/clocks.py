@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oio.core.records import Array
-from oio.tabular.clock import longest_increasing, sessions, unwrapped, usual_step
+from oio.tabular.clock import longest_increasing, newest_first, sessions, unwrapped, usual_step
 from oio.tabular.stamps import wrap_s
 
 GAP = 3.0  # a step is a gap if it is longer than so many usual ones
@@ -30,6 +30,7 @@ class Clock:
     out_of_order: int
     sizes: tuple[int, ...]  # rows of each session between resets
     overflows: int
+    newest_first: bool
 
     @property
     def unit(self) -> str:
@@ -42,6 +43,8 @@ def clock_of(name: str, notation: str | None, stamps: Array) -> Clock | None:
     good = stamps[np.isfinite(stamps)]
     if len(good) < 2:
         return None
+    turned = newest_first(good)
+    good = good[::-1] if turned else good
     t, overflows = unwrapped(good, wrap_s(notation) if notation else None)
     steps, step, number = np.diff(t), usual_step(t), sessions(t)
     sizes = np.bincount(number)
@@ -53,7 +56,7 @@ def clock_of(name: str, notation: str | None, stamps: Array) -> Clock | None:
     return Clock(
         name, notation, len(good), len(stamps) - len(good), float(t[0]), float(t[-1]), step,
         float(1.4826 * np.median(np.abs(forward - step))) if len(forward) else float("nan"), int(np.count_nonzero(within > GAP * step)),
-        float(within[longest]), float(t[longest] - t[0]), duplicates, len(t) - kept - duplicates, tuple(sizes.tolist()), overflows,
+        float(within[longest]), float(t[longest] - t[0]), duplicates, len(t) - kept - duplicates, tuple(sizes.tolist()), overflows, turned,
     )  # fmt: skip
 
 

@@ -59,6 +59,8 @@ def _clock(clock: Clock) -> str:
     ]
     if clock.gaps:
         said.append(f"{clock.gaps} gaps of more than 3 steps, the longest {clock.longest:.4g} {unit} at {clock.longest_at:.6g} {unit}")
+    if clock.newest_first:
+        said.append("the newest row is first, so they are turned round")
     counted = (
         (clock.missing, "rows without a time"),
         (clock.duplicates, "repeat the stamp before"),
@@ -71,7 +73,7 @@ def _clock(clock: Clock) -> str:
 
 def _rest(found: Survey) -> list[tuple[str, str]]:
     if not found.clocks:
-        return [("clock", "no column is named as a time")]
+        return [] if "time_unit" in found.open_keys else [("clock", "no column is named as a time")]
     return [
         (
             "clocks",

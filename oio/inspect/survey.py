@@ -11,6 +11,7 @@ from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.inspect.clocks import Clock, Comparison, clock_of, compare
 from oio.inspect.columns import Column, column_of
+from oio.tabular.clock import disorder, newest_first
 from oio.tabular.guess import climate, the_gas, the_time, the_unit
 from oio.tabular.layout import BOTH, Layout, find_layout
 from oio.tabular.mapping import TableMapping
@@ -48,6 +49,10 @@ def survey(data: bytes, given: TableMapping, name: str) -> Survey:
     known = [(clock.name, stamps[clock.name]) for clock in clocks if clock.notation and clock.last > clock.first]
     compared = tuple(found for other in known[1:] if (found := compare(known[0], other)) is not None)
     mapping, open_keys = _mapping(source, layout, given, clocks, columns)
+    stamped = stamps.get(mapping.time or "")
+    if stamped is not None and not newest_first(stamped) and (why := disorder(stamped)):
+        mapping, open_keys = dataclasses.replace(mapping, time=None, session=None), {**open_keys, "time": f"of '{mapping.time}' {why}"}
+        open_keys.pop("session", None)
     if given.decimal is None:
         try:
             used = [column for column in mapping.columns or () if column in names]

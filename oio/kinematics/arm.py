@@ -51,7 +51,7 @@ class Arm(Workspace):
     backlash_deg: Annotated[float, Within(0, 90)]  # peak to peak
 
     def check(self) -> None:
-        """Refuse a DoF off the ladder, a home of the wrong length or out of limits."""
+        """Refuse a DoF off the ladder, a box with swapped corners, a home of the wrong length or out of limits."""
         if self.dof not in self.rungs:
             rungs = ", ".join(map(str, self.rungs))
             raise BadInput(f"dof={self.dof} is not on the ladder of arm '{self.name}'. It can be {rungs}. Type e.g. dof={self.rungs[-1]}.")
@@ -60,6 +60,11 @@ class Arm(Workspace):
             raise BadInput(f"{given} {self.mjcf}. Type arm.ladder=null for 1, 2, 3 and all.")
         if len(self.home_rad) != len(self.all_names):
             raise BadInput(f"arm.home_rad has {len(self.home_rad)} values, but {self.mjcf} has {len(self.all_names)} joints.")
+        if np.any(np.subtract(self.box_high_m, self.box_low_m) < 0):
+            given = f"arm.box_low_m is {list(self.box_low_m)} and arm.box_high_m {list(self.box_high_m)}"
+            raise BadInput(
+                f"{given}, but none of the three numbers may be above the other's. Give the lower corner of the box, then the upper."
+            )
         low, high = self.model.low, self.model.high
         home = np.array(self.home_rad)
         if np.any(home < low) or np.any(home > high):

@@ -56,7 +56,10 @@ def topics(data: bytes, name: str) -> tuple[dict[str, Topic], dict[str, str]]:
             if values := numbers(decode(message.data)):
                 found.setdefault(channel.topic, Topic()).add(message.log_time, {f"{channel.topic}.{k}": v for k, v in values.items()})
     except DAMAGE as error:
-        raise BadInput(f"{name} is an MCAP log that cannot be read to its end ({error or type(error).__name__}).") from None
+        why = str(error) or "it ends in the middle of a record"
+        raise BadInput(
+            f"{name} is an MCAP log that cannot be read to its end ({why}). Type python -m oio.recover {name}, which keeps what is whole."
+        ) from None
     return found, undecoded
 
 

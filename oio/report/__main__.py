@@ -1,6 +1,5 @@
 """`python -m oio.report RUN_OR_SWEEP`: one HTML file that says whether to trust a calibration, why, and what to do next."""
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -10,12 +9,15 @@ from oio.core.standard_output import ended
 startup.handle_signals(__name__)
 
 from oio.cli.exit_codes import run_command
+from oio.core.arguments import CommandParser
 from oio.report.write import write_report
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Write a report and print its path; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m oio.report", description=__doc__, epilog="exit code: 0 written, 2 bad input")
+    parser = CommandParser(
+        example="outputs/first", prog="python -m oio.report", description=__doc__, epilog="exit code: 0 written, 2 bad input"
+    )
     parser.add_argument(
         "folder", type=Path, metavar="RUN_OR_SWEEP", help="the folder of a run with run.mcap, or of a sweep with sweep.json"
     )

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from oio.cli.io_errors import FULL
 from oio.core.errors import BadInput
 from oio.report.run_report import run_report
 from oio.report.sweep_report import sweep_report
@@ -21,5 +22,9 @@ def write_report(folder: Path, out: Path | None = None, figures: Path | None = N
     try:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise BadInput(f"{path} cannot be written ({error.strerror}). Type --out FILE.html, in a folder that exists.") from None
+        if error.errno in FULL and path.is_file():
+            path.unlink()  # it is cut
+        raise BadInput(
+            f"{path} cannot be written ({error.strerror}). Type --out FILE.html, in a folder that exists and has room."
+        ) from None
     return path

@@ -20,6 +20,7 @@ from oio.cli.exit_codes import run_command
 from oio.cli.plugins import FOLDER, absolute, plugin_packages
 from oio.cli.run import check_packages
 from oio.core import interrupt
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.reproduce.comparison import compare
 from oio.reproduce.configuration import experiment_again
@@ -32,7 +33,7 @@ CODES = "exit code: 0 equal to the bit, 3 different, 1 the run could not be made
 
 def main(arguments: list[str] | None = None) -> int:
     """Make one run again and compare; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m oio.reproduce", description=__doc__, epilog=CODES)
+    parser = CommandParser(example="outputs/first", prog="python -m oio.reproduce", description=__doc__, epilog=CODES)
     parser.add_argument("run", type=Path, metavar="RUN", help="the folder of a run, or its run.mcap; only read")
     parser.add_argument("words", nargs="*", metavar="KEY=VALUE", help="what its log cannot give, such as paths: arm.homing=homing.json")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="of the new run (default: RUN_again)")

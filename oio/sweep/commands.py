@@ -4,11 +4,12 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from oio.cli.exit_codes import run_command
 from oio.cli.plugins import FOLDER, plugin_packages
 from oio.core import interrupt
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput, OioError
 from oio.sweep.displays import comparison, status, table, worst_jobs
 from oio.sweep.fingerprint import folders_of, version_of_everything
@@ -28,11 +29,6 @@ EXAMPLES = """\
 """
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        raise BadInput(f"{message}. Type e.g. python -m oio.sweep status outputs/sweep; --help lists the commands.")
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
     return run_command(lambda: _run(sys.argv[1:] if arguments is None else list(arguments)))
@@ -43,15 +39,17 @@ def _run(arguments: list[str]) -> None:
     given.run(given)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="python -m oio.sweep", description="Sweeps that `python -m oio.run -m` has begun.", epilog=EXAMPLES,
+def _parser() -> CommandParser:
+    parser = CommandParser(
+        prog="python -m oio.sweep", example="status outputs/sweep", epilog=EXAMPLES,
+        description="Sweeps that `python -m oio.run -m` has begun.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    def command(name: str, run: Callable[[argparse.Namespace], None], about: str, *folders: str) -> argparse.ArgumentParser:
+    def command(name: str, run: Callable[[argparse.Namespace], None], about: str, *folders: str) -> CommandParser:
         made = commands.add_parser(name, help=about.replace("%", "%%"), description=about)
+        made.example = " ".join("outputs/sweep" for _ in folders)
         for folder in folders:
             made.add_argument(folder, type=Path, metavar=folder.upper(), help="the folder of a sweep")
         made.set_defaults(run=run)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from oio.core.records import Array
 
 CONFIRM = 3  # rows behind a step back that go on from there: then the clock was reset, and no stamp was wild
+FEW, MOST_BACK = 9, 0.2  # of steps, below which nothing is said of an order; share of steps back, above which there is none
 PERIODS = 20  # a step over the overflow of at most so many usual ones is one: a reset just there is unlikely
 
 
@@ -17,6 +18,34 @@ def usual_step(t_s: Array) -> float:
     steps = np.diff(t_s)
     forward = steps[steps > 0.0]
     return float(np.median(forward)) if len(forward) else float("nan")
+
+
+def newest_first(t_s: Array) -> bool:
+    """Whether stamps (k,) never rise: an export that begins with its end."""
+    steps = np.diff(t_s[np.isfinite(t_s)])
+    return len(steps) >= CONFIRM and bool(np.all(steps <= 0.0) and np.any(steps < 0.0))
+
+
+def disorder(t_s: Array) -> str | None:
+    """Why most rows with stamps (k,) s would be lost, and what to do; None if they would not."""
+    t_s = t_s[np.isfinite(t_s)]
+    steps = np.diff(t_s)
+    repeated, back = int(np.count_nonzero(steps == 0.0)), int(np.count_nonzero(steps < 0.0))
+    if len(steps) < FEW:
+        return None
+    if 2 * repeated >= len(t_s):
+        period_s = (np.ptp(t_s) + usual_step(t_s)) / len(t_s)
+        return (
+            f"{repeated} of {len(t_s)} rows repeat the time stamp before them: it is coarser than the sampling, or several devices write "
+            f"into one table. Where rows come at even times type recording.time_unit=row "
+            f"recording.period_s={period_s:.3g}, else give another clock (recording.time=NAME) or one device's rows alone."
+        )
+    if back > MOST_BACK * len(steps):
+        return (
+            f"{back} of {len(t_s)} rows are earlier than the row before: they are in no order of time, or several devices write into one "
+            f"table. Sort the file by its time, or keep one device's rows alone."
+        )
+    return None
 
 
 def unwrapped(t_s: Array, wrap_s: float | None) -> tuple[Array, int]:

@@ -34,7 +34,11 @@ def _parquet(path: Path, data: bytes) -> bytes:
         raise BadInput(f"{path} is a Parquet file, which needs pyarrow. Type pip install 'oio[parquet]'.") from None
     written = io.BytesIO()
     try:
-        csv.write_csv(parquet.read_table(io.BytesIO(data)), written)
+        table = parquet.read_table(io.BytesIO(data))
+        while any(pyarrow.types.is_struct(column.type) for column in table.schema):
+            table = table.flatten()  # position: {x, y, z} becomes position.x, position.y, position.z
+        plain = [column.name for column in table.schema if not pyarrow.types.is_nested(column.type)]
+        csv.write_csv(table.select(plain), written)  # lists are no columns of a table
     except pyarrow.ArrowException as error:
         raise BadInput(f"{path} cannot be read ({error}).") from None
     return written.getvalue()

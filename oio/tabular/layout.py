@@ -16,7 +16,7 @@ WORDS = {"\t": "tab", " ": "blanks"}
 SAMPLE = 400  # lines by which the layout is judged
 CLEAR = 0.1  # by how much the best delimiter must be better than the next
 POINT, COMMA = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"), re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?$")
-CLOCK = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}([T ].*)?$|\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?$")
+CLOCK = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}([T ].*)?$|\d{1,2}:\d{2}(:\d{2})?([.,]\d+)?( ?[AaPp][Mm])?$")
 BOTH = " + "  # between the names of two columns that are read as one: Date + Time
 EMPTY = {"", "nan", "na", "n/a", "null", "none", "-", "inf", "-inf"}
 

@@ -5,7 +5,7 @@ import re
 BRACKET = re.compile(r"[\[(]\s*([^\])]*?)\s*[\])]")
 UNITS = {
     "s": "s", "sec": "s", "secs": "s", "seconds": "s", "sek": "s", "ms": "ms", "msec": "ms", "millis": "ms", "milliseconds": "ms",
-    "us": "us", "µs": "us", "μs": "us", "micros": "us", "ns": "ns",
+    "us": "us", "µs": "us", "μs": "us", "micros": "us", "microseconds": "us", "ns": "ns",
     "nanoseconds": "ns", "min": "min", "minutes": "min", "h": "h", "hours": "h",
     "ppm": "ppm", "ppb": "ppb", "%vol": "%vol", "vol%": "%vol", "ug/m3": "ug/m3", "µg/m3": "ug/m3", "µg/m³": "ug/m3", "mg/m3": "mg/m3",
     "mg/m³": "mg/m3", "μg/m³": "ug/m3", "μg/m3": "ug/m3", "vol.-%": "%vol", "vol.%": "%vol", "vol-%": "%vol", "ω": "ohm", "kω": "kohm",
@@ -15,11 +15,13 @@ UNITS = {
     "percent": "%", "deg": "deg", "°": "deg", "degrees": "deg", "rad": "rad", "m": "m", "mm": "mm", "cm": "cm",
 }  # fmt: skip
 INSIDE = ("ppm", "ppb", "adc", "counts", "ms", "degc", "pct")  # units that are told anywhere in a name: co2_ppm_b
+CLOCKS = ("millis", "micros", "ms", "us", "msec", "milliseconds", "microseconds", "seconds", "secs")  # names of times that are a unit
 PLAIN = ("data", "value")  # fields of messages that hold one number
 KEPT = ("adc", "raw")  # words that also tell what it is
 GAS_UNITS = ("ppm", "ppb", "%vol", "ug/m3", "mg/m3", "counts", "V", "mV", "ohm", "kohm")
 WORDS = {
-    "time": r"t|time|times?tamp|date|datetime|date ?time|millis|micros|ts|localtime|local time|epoch|unix( ?time)?|uptime|elapsed|"
+    "time": r"t|time|times?tamp|date|date[ _]?time|millis|micros|ms|us|msec|milliseconds|microseconds|seconds|secs|ts|"
+    r"localtime|local time|epoch|unix( ?time)?|uptime|elapsed|"
     r"zeit|uhrzeit|zeitstempel|datum|heure|temps|device|board|mcu|arduino|"
     r"(device|host|pc|board|mcu|utc|sensor|arduino|log)[ _]?(time|clock|millis|ts|stamp)",
     "temperature": r"temp|temperature|temperatur|température|t[ _]?amb|t[ _]air|temp[ _]?\w{1,4}",
@@ -45,7 +47,7 @@ def unit_of(name: str) -> str | None:
         return UNITS.get(squeezed(bracket[1]))
     words = re.split(r"[ _./]", name.strip().lower())
     if len(words) == 1:
-        return UNITS.get(words[0]) if words[0] in ("millis", "micros") else None
+        return UNITS.get(words[0]) if words[0] in CLOCKS else None
     return UNITS.get(words[-1]) or next((UNITS[word] for word in words if word in INSIDE), None)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
+from oio.tabular.clock import disorder, newest_first
 from oio.tabular.guess import climate, codes, the_gas, the_time, the_unit
 from oio.tabular.layout import SAMPLE, Layout, find_layout, places, splitter
 from oio.tabular.mapping import TableMapping
@@ -47,6 +48,13 @@ def read_mapped(data: bytes, mapping: TableMapping, name: str) -> Read:
         refuse_marks(source, layout, full, columns, cells.values[:, 1 : 1 + len(columns)])
     if mapping.no_value is None:
         _refuse_codes(columns, cells)
+    if newest_first(cells.values[:, 0]):
+        cells, notes = (
+            dataclasses.replace(cells, values=cells.values[::-1]),
+            (*notes, "rows: the newest is first, so they were turned round"),
+        )
+    if not numbered and (why := disorder(cells.values[:, 0])):
+        raise BadInput(f"{name} has a time column '{full.time}', but {why}")
     table = read_table(source, layout, wanted, cells)
     if table.overflows:
         notes = (*notes, f"the counter of '{full.time}' overflowed {table.overflows} times and was carried on")

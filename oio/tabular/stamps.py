@@ -10,10 +10,16 @@ from oio.core.errors import BadInput
 PER_S = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 LONGER = {"min": 60.0, "h": 3600.0, "d": 86400.0}
 WRAPS = {"ms": 2**32 / 1e3, "us": 2**32 / 1e6}  # s after which millis() and micros() begin anew: 49.7 days, 71.6 minutes
-DAY_S = 86400.0
+DAY_S, HOUR_S = 86400.0, 3600.0
+OF_DAY, OF_HOUR = ", a time of day without a date", ", minutes and seconds, which begin anew each hour"
 UNITS = (*PER_S, *LONGER, "iso", "iso_zoned", "row")
-DAY_FIRST = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4}|\d{2})[ T](\d{1,2}:\d{2}(:\d{2}(\.\d+)?)?)$")
-OF_DAY = re.compile(r"\d{1,2}:\d{2}(:\d{2}(\.\d+)?)?$")
+DAY_FIRST = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4}|\d{2})[ T]\d{1,2}:\d{2}(:\d{2}(\.\d+)?)?( ?[AaPp][Mm])?$")
+TWO_PARTS = re.compile(r"(\d{1,2}):\d{2}$")
+NOTATIONS = {  # with what is said of them
+    "iso": "", "%Y/%m/%d %H:%M:%S": "", "%Y/%m/%d %H:%M": "", "%Y-%m-%d %I:%M:%S %p": "", "%Y-%m-%d %I:%M %p": "",
+    "%H:%M:%S.%f": OF_DAY, "%H:%M:%S": OF_DAY, "%I:%M:%S %p": OF_DAY, "%I:%M:%S%p": OF_DAY, "%I:%M %p": OF_DAY,
+    "%H:%M": OF_DAY, "%M:%S.%f": OF_HOUR, "%M:%S": OF_HOUR,
+}  # fmt: skip
 UNIX_S = (1.2e9, 2.5e9)  # years 2008 to 2049
 SHORT_S = {"s": 90.0, "ms": 900.0, "us": 900.0, "ns": 900.0}  # with longer steps it may as well be the uptime of a board, in a finer unit
 
@@ -52,8 +58,9 @@ def _seconds(at: datetime) -> float:
 
 def wrap_s(unit: str) -> float | None:
     """Duration after which a clock of this unit begins anew by itself [s]; None if it does not."""
-    of_day = "%H" in unit and not any(mark in unit for mark in ("%d", "%j", "%x", "%c"))
-    return DAY_S if of_day else WRAPS.get(unit)
+    if "%" not in unit or any(mark in unit for mark in ("%d", "%j", "%x", "%c")):
+        return WRAPS.get(unit)
+    return DAY_S if "%H" in unit or "%p" in unit else HOUR_S if "%M" in unit else None
 
 
 def find_unit(column: str, named: str | None, cells: Sequence[str], decimal: str) -> tuple[str, str]:
@@ -88,9 +95,15 @@ def _number(cell: str, decimal: str) -> float | None:
 
 
 def _notation(column: str, cells: Sequence[str]) -> tuple[str, str]:
-    for unit in ("iso", "%Y/%m/%d %H:%M:%S", "%Y/%m/%d %H:%M", "%H:%M:%S.%f", "%H:%M:%S", "%H:%M"):
+    hours = [int(found[1]) for cell in cells if (found := TWO_PARTS.match(cell))]
+    if len(hours) > 0.9 * len(cells) and max(hours) < 24:
+        raise BadInput(
+            f"the time column '{column}' holds {cells[0]!r}, and it is not certain whether that is hours and minutes, or minutes and "
+            f"seconds. Type recording.time_unit='\"%H:%M\"' or recording.time_unit='\"%M:%S\"'."
+        )
+    for unit, said in NOTATIONS.items():
         if _fits(unit, cells):
-            return unit, f"'{column}' is written so" + (", a time of day without a date" if OF_DAY.match(cells[0]) else "")
+            return unit, f"'{column}' is written so{said}"
     dated = [found for cell in cells if (found := DAY_FIRST.match(cell))]
     if len(dated) < 0.9 * len(cells):
         raise BadInput(
@@ -99,7 +112,9 @@ def _notation(column: str, cells: Sequence[str]) -> tuple[str, str]:
         )
     first, second = max(int(found[1]) for found in dated), max(int(found[3]) for found in dated)
     mark, year = dated[0][2], "%Y" if len(dated[0][4]) == 4 else "%y"
-    clock = "%H:%M" + (":%S" if dated[0][6] else "") + (".%f" if dated[0][7] else "")
+    noon = dated[0][7] or ""
+    clock = ("%I:%M" if noon else "%H:%M") + (":%S" if dated[0][5] else "") + (".%f" if dated[0][6] else "")
+    clock += f"{' ' if noon.startswith(' ') else ''}%p" if noon else ""
     day, month = f"%d{mark}%m{mark}{year} {clock}", f"%m{mark}%d{mark}{year} {clock}"
     if mark == "." or first > 12:
         return day, f"'{column}' has the day first"

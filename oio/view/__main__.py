@@ -1,6 +1,5 @@
 """`python -m oio.view LOG [--save OUT.rrd | --address URL]`: a run in the Rerun viewer, from its log."""
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
+from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
 from oio.log import read_entries, read_metadata
 from oio.log.wall_clock import start_ns
@@ -19,7 +19,7 @@ CODES = "exit code: 0 shown or saved, 2 bad input"
 
 def main(arguments: list[str] | None = None) -> int:
     """Show one log; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m oio.view", description=__doc__, epilog=CODES)
+    parser = CommandParser(example="outputs/first", prog="python -m oio.view", description=__doc__, epilog=CODES)
     parser.add_argument("log", type=Path, metavar="LOG", help="the log of a run, e.g. outputs/first/run.mcap, or the folder that holds it")
     parser.add_argument("--save", metavar="OUT.rrd", help="write a file that the viewer reads, instead of opening a window")
     parser.add_argument("--address", metavar="URL", help="of a viewer that runs, e.g. rerun+http://127.0.0.1:9876/proxy")

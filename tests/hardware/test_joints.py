@@ -1,6 +1,7 @@
 """`python -m hardware.joints`: what an arm says is shown, and it is led nowhere."""
 
 import sys
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -51,3 +52,18 @@ def test_what_is_wrong_is_said_and_the_arm_let_go(theirs):
     assert theirs.closed == [True]
     with pytest.raises(BadInput, match="it can be python, lerobot, ros2; of servos"):
         joints.main([*WORDS[:2], "backend.arm.driver=feetech", "backend.arm.port=/dev/null"])
+
+
+def test_angles_in_degrees_are_noticed(theirs, capsys, built):
+    degrees = [float(angle) for angle in np.degrees(built("arm", "arm=ur5e", "dof=6").home_rad)]
+    theirs.read = lambda: degrees
+    joints.main(WORDS)
+    told = capsys.readouterr().out
+    assert "where it may NOT stand" in told and "if those are degrees, give radians" in told
+
+
+@pytest.mark.parametrize("method", ["read", "describe"])
+def test_a_call_that_never_returns_ends_with_what_to_do(theirs, method):
+    setattr(theirs, method, threading.Event().wait)
+    with pytest.raises(OioError, match=r"their_arm:arm hangs: a call has not returned for 0\.5 s\. Look at what your object waits for"):
+        joints.main([*WORDS, "backend.timeouts.connect_s=0.5"])

@@ -184,7 +184,7 @@ def test_a_caller_who_stops_early_loses_no_gas(stop):
 
 def test_the_end_says_what_to_do_and_stays_the_end():
     world = still([0, 1, 2])
-    with pytest.raises(WorldEnded, match=r"'made' has no more than 2 s for 'none'.*Shorten"):
+    with pytest.raises(WorldEnded, match=r"'made' ends after 2 s.*before the stages do. Record for longer"):
         list(world.samples(10))
     assert world.t_ns == nanoseconds(2)
     with pytest.raises(WorldEnded):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 OTHERS = {"scipy.stats", "scipy.optimize", "matplotlib", "plotly", "joblib", "distributed", "pandas", "pyarrow", "rerun", "gymnasium"}
+OTHERS |= {"glfw"}  # of MuJoCo's windows
 PROGRAM = """
 import runpy, sys
 sys.argv = ["oio.run", "stage=[warm_up]", "report=false", "hydra.run.dir=" + sys.argv[1]]

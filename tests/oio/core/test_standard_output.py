@@ -32,6 +32,13 @@ def test_a_device_that_is_full():
     assert (done.returncode, done.stderr) == (1, "oio: standard output cannot be written: no space left on device.\n")
 
 
+@pytest.mark.parametrize("word", ["--help", "--version"])
+def test_a_closed_output(word):
+    line = [sys.executable, "-m", "oio", word]
+    done = subprocess.run(line, cwd=ROOT, stderr=subprocess.PIPE, preexec_fn=lambda: os.close(1), check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
 def test_a_pipe_of_something_else_is_not_hidden():
     def command():
         raise BrokenPipeError(32, "of a device")

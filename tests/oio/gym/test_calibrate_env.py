@@ -55,5 +55,9 @@ def test_the_nose_keeps_off_the_beacon(calibrating):
 def test_what_is_wrong_is_refused(calibrating):
     with pytest.raises(BadInput, match="max_moves is 0"):
         calibrating(max_moves=0)
+    with pytest.raises(BadInput, match="max_moves is 'many'"):
+        calibrating(max_moves="many")
+    with pytest.raises(BadInput, match="second_cost is nan"):
+        calibrating(second_cost=float("nan"))
     with pytest.raises(BadInput, match="bench_seeds is empty"):
         calibrating(bench_seeds=())

@@ -156,11 +156,13 @@ def test_vectors_of_environments_agree(searching):
         ({"sensor": "nose"}, "nose"),
         ({"overrides": {"seed": 3}}, "overrides has seed"),
         ({"overrides": {"stop.sd_m": 10}}, "stop.sd_m is 10"),
+        ({"overrides": {"stage.navigate.max_moves": 0}}, "stage.navigate.max_moves is 0, but 4 to 10000 is allowed"),
+        ({"declared": "much"}, "declared is 'much', but a finite number"),
     ],
 )
-def test_what_is_wrong_is_refused(searching, words, told):
+def test_what_is_wrong_is_refused_as_it_is_made(searching, words, told):
     with pytest.raises(BadInput, match=told):
-        searching(**words).reset(seed=0)
+        searching(**words)
 
 
 def test_wrong_actions_and_options_are_refused(searching):

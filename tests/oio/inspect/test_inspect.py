@@ -55,6 +55,26 @@ def test_what_is_not_certain_stays_open_until_it_is_told(tmp_path, capsys):
     assert "uncertain" not in said and 'time_unit: "ms"' in said and 'unit: "ppm"' in said
 
 
+@pytest.mark.parametrize(("stamps", "said"), [
+    ([i // 10 for i in range(100)], "90 of 100 rows repeat the time stamp before them"),
+    ([i * 37 % 101 for i in range(1, 101)], "they are in no order of time"),
+])  # fmt: skip
+def test_a_clock_that_would_lose_most_rows_is_uncertain(stamps, said, tmp_path, capsys):
+    path = tmp_path / "a.csv"
+    path.write_text("time_s,co2_ppm\n" + "\n".join(f"{t},{i}" for i, t in enumerate(stamps)), encoding="utf-8")
+    assert main([str(path)]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "uncertain time: of 'time_s' " in told and said in told and "time: null # not certain" in told
+
+
+def test_the_newest_row_first_is_told(tmp_path, capsys):
+    path = tmp_path / "a.csv"
+    path.write_text("time_s,co2_ppm\n" + "\n".join(f"{50 - i},{i}" for i in range(50)), encoding="utf-8")
+    assert main([str(path)]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "50 stamps over 49 s, every 1 s (median)" in told and "the newest row is first" in told and "uncertain" not in told
+
+
 def test_names_in_a_file_are_never_interpolated_or_obeyed(tmp_path, capsys):
     path, out = tmp_path / "a.csv", tmp_path / "a.yaml"
     name = "co2_${oc.env:HOME}_ppm"

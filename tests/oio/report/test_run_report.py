@@ -1,9 +1,11 @@
 """The report of a run: verdict and next action first, everything in one file, refused where there is nothing to report."""
 
+import errno
 import html
 import json
 import re
 import shutil
+from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -168,3 +170,14 @@ def test_what_cannot_be_reported_is_refused_in_one_paragraph(made, tmp_path, cap
 def test_a_file_that_cannot_be_written_is_refused(made, tmp_path, capsys):
     assert main([str(made[0]), "--out", str(tmp_path / "no" / "r.html")]) == 2
     assert "cannot be written" in capsys.readouterr().err
+
+
+def test_on_a_full_disk_no_cut_report_stays(made, tmp_path, capsys, monkeypatch):
+    def cut(path, text, encoding):
+        path.write_bytes(text[:100].encode())
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", cut)
+    out = tmp_path / "report.html"
+    assert main([str(made[0]), "--out", str(out)]) == 2
+    assert "report.html cannot be written (No space left on device)" in capsys.readouterr().err and not out.exists()

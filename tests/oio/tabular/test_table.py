@@ -224,3 +224,59 @@ def test_a_column_that_is_not_there_is_answered_with_those_that_are():
 def test_columns_of_two_units_are_not_read_as_one():
     with pytest.raises(BadInput, match=r"readings have one unit\. Type 'recording\.columns="):
         mapped("t [s],eco2_ppm,tvoc_ppb\n0,420,10\n1,421,11\n")
+
+
+def stamped(cells, name="time"):
+    """read_mapped of rows with these time stamps, whose readings count up from 400 ppm."""
+    return mapped(f"{name};co2_ppm\n" + "\n".join(f"{cell};{400 + i}" for i, cell in enumerate(cells)) + "\n")
+
+
+@pytest.mark.parametrize(("cells", "unit"), [
+    ([f"{12 if i < 60 else 1:02d}:{i % 60:02d}:30 PM" for i in range(90)], "%I:%M:%S %p"),
+    ([f"{11 + i // 60}:{i % 60:02d}:00{'AM' if i < 60 else 'PM'}" for i in range(90)], "%I:%M:%S%p"),
+    ([f"03/13/2024 {2 + i // 60}:{i % 60:02d} pm" for i in range(90)], "%m/%d/%Y %I:%M %p"),
+    ([f"2024-03-13 {2 + i // 60}:{i % 60:02d}:00 PM" for i in range(90)], "%Y-%m-%d %I:%M:%S %p"),
+    ([f"{(50 + i) % 60:02d}:07.5" for i in range(90)], "%M:%S.%f"),  # as a spreadsheet shows a full stamp; the hour is lost
+    ([f"{30 + i // 2}:{30 * (i % 2):02d}" for i in range(59)], "%M:%S"),
+])  # fmt: skip
+def test_clocks_of_twelve_hours_and_of_minutes(cells, unit):
+    got = stamped(cells)
+    assert got.mapping.time_unit == unit and not got.table.dropped
+    np.testing.assert_allclose(np.diff(got.table.t_s), 30.0 if unit == "%M:%S" else 60.0)
+
+
+def test_hours_and_minutes_may_be_minutes_and_seconds():
+    with pytest.raises(BadInput, match=r"holds '00:00', and it is not certain whether that is hours and minutes"):
+        stamped([f"00:{i:02d}" for i in range(60)])
+
+
+@pytest.mark.parametrize(("name", "unit"), [("ms", "ms"), ("us", "us"), ("seconds", "s"), ("date_time", "iso")])
+def test_names_of_times_that_are_a_unit(name, unit):
+    cells = [f"2024-01-01 10:00:{i:02d}" if unit == "iso" else str(1000 * i) for i in range(20)]
+    assert stamped(cells, name).mapping.time_unit == unit
+
+
+def test_the_newest_row_first_is_turned_round_and_told():
+    got = stamped([str(t) for t in range(50, 0, -1)], "time_s")
+    assert got.table.values[:, 0].tolist() == list(range(449, 399, -1)) and not got.table.dropped
+    assert "rows: the newest is first, so they were turned round" in got.notes
+
+
+@pytest.mark.parametrize(("stamps", "said"), [
+    ([i // 10 for i in range(100)], r"90 of 100 rows repeat the time stamp .*recording.time_unit=row recording.period_s=0.1,"),
+    ([i // 2 for i in range(100)], "50 of 100 rows repeat the time stamp"),
+    ([i * 37 % 101 for i in range(1, 101)], "are in no order of time, .* Sort the file by its time"),
+    ([1000 * (i % 2) + i for i in range(100)], "several devices write into one table"),
+])  # fmt: skip
+def test_a_clock_that_would_lose_most_rows_is_refused(stamps, said):
+    with pytest.raises(BadInput, match=f"has a time column 'time_s', but .*{said}"):
+        stamped(map(str, stamps), "time_s")
+
+
+def test_lists_in_a_parquet_file_are_left_out_and_structures_are_columns(tmp_path):
+    pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    places = [{"x": 0.1 * i, "y": 0.0} for i in range(3)]
+    table = pyarrow.table({"time_s": [0.0, 1.0, 2.0], "co2_ppm": [400.0, 401.0, 402.0], "spectrum": [[1, 2]] * 3, "place": places})
+    parquet.write_table(table, tmp_path / "a.parquet")
+    head = file_bytes(tmp_path / "a.parquet").decode().splitlines()[0]
+    assert head == '"time_s","co2_ppm","place.x","place.y"'
