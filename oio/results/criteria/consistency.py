@@ -6,6 +6,7 @@ from oio.core.settings import settings
 from oio.results.calibration import Calibration, Navigation
 from oio.results.criteria.judgement import RECALIBRATE, SEARCH, Criterion, Measured, Results
 from oio.results.criteria.search import evaluation
+from oio.results.statistics import at_least
 
 NO_GAS = "Nothing tests the calibration so: look whether the source is open, search nearer to it, or longer (stage.navigate.max_moves)."
 
@@ -54,7 +55,8 @@ class MeanNis(Criterion):
 @settings
 class Gated(Criterion):
     """Share of the innovations that the gate of the calibrated filter rejects, five standard deviations and more: next to none if S is
-    right, as long as single readings are not disturbed. The mean NIS does not see them."""
+    right, as long as single readings are not disturbed. The mean NIS does not see them. The value is what the share is at least with 95 %
+    confidence: few innovations say little of it."""
 
     about: ClassVar[str] = SEARCH
 
@@ -64,9 +66,10 @@ class Gated(Criterion):
         if found is None or not found.findings.innovations:
             return None
         n, rejected = found.findings.innovations, found.findings.gated
-        percent = 100.0 * rejected / n
+        least = 100.0 * at_least(rejected, n)
+        known = f"{100.0 * rejected / n:.1f} %; at least {least:.1f} % with 95 % confidence" if rejected else "0.0 %"
         return Measured(
-            percent, "%", f"the filter's gate rejects {rejected} of {n} innovations ({percent:.1f} %)",
+            least, "%", f"the filter's gate rejects {rejected} of {n} innovations ({known})",
             above=f"S is too small: R, the fluctuation or the lag is wrong, or single readings are disturbed. {RECALIBRATE}",
         )  # fmt: skip
 

@@ -122,7 +122,7 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
     "beacon_nees": [(beacon(nees=3.0), "1.00"), (beacon(nees=12.0), "4.00"), (beacon(nees=30.0), "10.00")],
     "observable": [(unseen(5), "every"), (unseen(1), "only the bearing"), (unseen(5, "a.", "b.", "c.", "d."), "a. B. C. D")],
     "nis": [(evaluation(nis_mean=1.0), "1.00"), (evaluation(nis_mean=1.9), "1.90"), (evaluation(nis_mean=3.0), "3.00")],
-    "gated": [(gated(2), "2 of 500"), (gated(10), "10 of 500"), (gated(40), "40 of 500 innovations (8.0 %)")],
+    "gated": [(gated(2), "2 of 500"), (gated(10), "10 of 500"), (gated(40), "40 of 500 innovations (8.0 %; at least 6.1 %")],
     "residuals": [(residuals(0.9, 0.1), "0.90"), (residuals(1.8, 0.0), "1.80"), (residuals(0.9, 0.6), "together 3.60")],
     "halves": [(residuals(1.0, 0.0, 2.0), "2.0"), (residuals(1.0, 0.0, 14.0), "14.0"), (residuals(1.0, 0.0, 20.0), "20.0")],
     "places": [(places(0), "one place"), (places(1), "2 places"), (places(3), "4 places")],
@@ -218,6 +218,13 @@ def test_steps_and_drift_say_what_was_not_seen():
 def test_enough_readings_and_few_false_alarms_recommend_nothing():
     assert "recommended" not in judgement("baseline", BaselineResult((ElementBaseline(5.0, 0.1, 5.2, 40, 31.0),), 1.0, 0)).found
     assert "recommended" not in judgement("bout_rule", bouts(0.01)).found
+
+
+def test_few_innovations_say_little_of_the_gate():
+    def word(rejected, innovations):
+        return judgement("gated", evaluation(replace(FINDINGS, gated=rejected, innovations=innovations))).word
+
+    assert [word(*of) for of in ((0, 9), (1, 9), (2, 9), (3, 9), (5, 9))] == ["PASS", "PASS", "WARN", "FAIL", "FAIL"]
 
 
 def test_what_was_not_measured_is_not_judged():
