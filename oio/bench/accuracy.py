@@ -2,6 +2,7 @@
 
 import itertools
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ from oio.bench.arguments import Arguments, read
 from oio.bench.case_summary import Row, rows
 from oio.bench.output_folder import claim_folder
 from oio.bench.parallel import run_parallel
-from oio.bench.score import Case, Score, Trial, scored
+from oio.bench.score import Case, Trial, scored
 from oio.bench.table import show
 from oio.bench.trial import composed_trial, try_trial
+from oio.bench.trial_file import FIELDS, TRIALS
 from oio.cli.csv_file import CsvFile, Record, names, write
 from oio.cli.help import choices
 from oio.core.errors import BadInput, OioError
@@ -23,7 +25,7 @@ from oio.sweep.table_1 import table_1
 
 GROUPS = ("sensor", "air", "search", "ekf", "world")
 PER_JOB = 4  # batch size of a worker: mostly trials of one case, so that it seldom composes another
-TABLE, TRIALS, FIGURE = "accuracy.csv", "trials.csv", "accuracy.png"
+TABLE, FIGURE = "accuracy.csv", "accuracy.png"
 
 
 @dataclass(frozen=True)
@@ -34,11 +36,14 @@ class Plan:
     seeds: tuple[int, ...]
     overrides: tuple[str, ...]
     false_mm: float
+    apart: bool = False  # each world has seeds of its own, which begin where those of the one before end
 
     @property
     def tasks(self) -> list[tuple[Case, int]]:
         """Every case with every seed, case by case: a worker composes few configurations."""
-        return list(itertools.product(self.cases, self.seeds))
+        worlds = list(dict.fromkeys(case.world for case in self.cases))
+        step = max(self.seeds) - min(self.seeds) + 1 if self.apart else 0
+        return [(case, seed + step * worlds.index(case.world)) for case, seed in itertools.product(self.cases, self.seeds)]
 
 
 def run(arguments: list[str]) -> None:
@@ -63,7 +68,8 @@ def plan_cases(words: Arguments) -> Plan:
     cfg, _ = composed_trial((*cases[0].words, *words.overrides))
     for case in _cases_to_check(cases, keys):
         composed_trial((*case.words, *words.overrides))
-    return Plan(cases, words.wholes("seeds"), words.overrides, 1e3 * words.number("found_sd") * float(cfg["stop"]["sd_m"]))
+    apart = "apart" in words.own and words.yes("apart")
+    return Plan(cases, words.wholes("seeds"), words.overrides, 1e3 * words.number("found_sd") * float(cfg["stop"]["sd_m"]), apart)
 
 
 def _cases_to_check(cases: tuple[Case, ...], keys: dict[str, tuple[str, ...]]) -> list[Case]:
@@ -78,7 +84,7 @@ def run_trials(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseExcep
     """Run all trials and write trials.csv, in order; if stopped, return the finished ones and the exception."""
     found = dict[int, Trial]()
     stop: BaseException | None = None
-    sheet = CsvFile(out / TRIALS, _TRIAL_FIELDS)  # in order of completion: what a killed benchmark leaves
+    sheet = CsvFile(out / TRIALS, FIELDS)  # in order of completion: what a killed benchmark leaves
     tasks = [((*case.words, *plan.overrides), seed) for case, seed in plan.tasks]
     try:
         for number, (document, reason) in run_parallel(try_trial, tasks, jobs, "trials", PER_JOB):
@@ -90,7 +96,7 @@ def run_trials(plan: Plan, jobs: int, out: Path) -> tuple[list[Trial], BaseExcep
         stop = OioError(f"a worker process died; {len(found)} of {len(tasks)} trials were done. Memory may be short: type jobs=1.")
     sheet.close()
     trials = [found[number] for number in sorted(found)]
-    write(out / TRIALS, _TRIAL_FIELDS, map(_csv_record, trials))
+    write_trials(trials, out)
     return trials, stop
 
 
@@ -104,7 +110,9 @@ def write_summary(trials: list[Trial], out: Path) -> None:
     show(found, Counter(trial.reason for trial in trials if trial.score is None), str(out))
 
 
-_TRIAL_FIELDS = [*Case._fields, "seed", *names(Score), "reason"]
+def write_trials(trials: Iterable[Trial], out: Path) -> None:
+    """Write trials.csv."""
+    write(out / TRIALS, FIELDS, map(_csv_record, trials))
 
 
 def _csv_record(trial: Trial) -> Record:

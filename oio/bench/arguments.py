@@ -31,6 +31,12 @@ class Arguments:
         """Return a whole number."""
         return self._whole(key, self.own[key], least)
 
+    def yes(self, key: str) -> bool:
+        """Return whether it is true."""
+        if self.own[key] not in ("true", "false"):
+            raise self._refusal(key, f"{key} is true or false")
+        return self.own[key] == "true"
+
     def number(self, key: str) -> float:
         """Return a number above zero."""
         try:
@@ -82,7 +88,11 @@ def read(command: str, arguments: list[str]) -> Arguments:
 def defaults(command: str) -> dict[str, str]:
     """Return the keys of a command as text, from conf/bench.yaml."""
     found: dict[str, Any] = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))[command]
-    return {key: "null" if value is None else str(value) for key, value in found.items()}
+    return {key: _text(value) for key, value in found.items()}
+
+
+def _text(value: Any) -> str:
+    return "null" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _example(command: str) -> str:

@@ -8,16 +8,19 @@ from pathlib import Path
 import numpy as np
 from rich.markup import escape
 
-from oio.bench.accuracy import TRIALS, plan_cases, run_trials
-from oio.bench.arguments import read
+from oio.bench.accuracy import plan_cases, run_trials, write_trials
+from oio.bench.arguments import Arguments, read
 from oio.bench.output_folder import claim_folder
 from oio.bench.score import Score, Trial
+from oio.bench.trial_file import TRIALS, read_trials
 from oio.cli import terminal
 from oio.cli.csv_file import names, write
 from oio.cli.table_layout import print_table
+from oio.core.errors import BadInput
 from oio.results.statistics import wilson
 
 TABLE, FIGURE, ALL = "worlds.csv", "worlds.png", "all"
+KEYS = ("world", "sensor", "air")
 HEADS = (
     "n\n(failed)", "error [mm]\nmedian / 95 %", "in 95 %\nregion [%]", "declared\n[%]", "declared, but wrong\n[% of declared]",
     "PASS, but wrong\n[% of PASS]", "moves", "world assumed",
@@ -57,20 +60,34 @@ class Row:
 def run(arguments: list[str]) -> None:
     """Run the command: trials, table, figure. After Ctrl-C the finished trials are summarised."""
     words = read("worlds", arguments)
+    by = _groups(words)
     plan, jobs = plan_cases(words), words.whole("jobs", 1)
+    earlier = read_trials(words.several("from")) if words.own["from"] != "null" else []
     out = claim_folder(words.own["out"], "worlds", (TABLE, TRIALS, FIGURE))
-    trials, stop = run_trials(plan, jobs, out)
+    trials, stop = (earlier, None) if earlier else run_trials(plan, jobs, out)
+    if earlier:
+        write_trials(trials, out)
     if trials:
-        write_summary(trials, out)
+        write_summary(trials, by, out)
     if stop is not None:
         raise stop
 
 
-def rows(trials: Sequence[Trial]) -> list[Row]:
-    """Return a row per world, sensor and air, in the order of their first trials, and one of all together."""
-    keys = list(dict.fromkeys((t.case.world, t.case.sensor, t.case.air) for t in trials))
-    found = [_row(key, [t for t in trials if (t.case.world, t.case.sensor, t.case.air) == key]) for key in keys]
-    return [*found, _row((ALL, "", ""), list(trials))]
+def _groups(words: Arguments) -> tuple[str, ...]:
+    by = words.several("by")
+    wrong = [key for key in by if key not in KEYS]
+    if wrong:
+        raise BadInput(f"by={words.own['by']} was given, but rows are by {', '.join(KEYS)}. Type e.g. by=world.")
+    return by
+
+
+def rows(trials: Sequence[Trial], by: Sequence[str] = KEYS) -> list[Row]:
+    """Return a row per world, sensor and air, or some of these, in the order of their first trials, and one of all together."""
+    groups = dict[tuple[str, str, str], list[Trial]]()
+    for trial in trials:
+        world, sensor, air = (str(getattr(trial.case, key)) if key in by else "" for key in KEYS)
+        groups.setdefault((world, sensor, air), []).append(trial)
+    return [*(_row(key, group) for key, group in groups.items()), _row((ALL, "", ""), list(trials))]
 
 
 def _row(key: tuple[str, str, str], trials: list[Trial]) -> Row:
@@ -103,20 +120,22 @@ def _share(count: int, total: int) -> float:
     return count / total if total else NAN
 
 
-def write_summary(trials: list[Trial], out: Path) -> None:
+def write_summary(trials: list[Trial], by: Sequence[str], out: Path) -> None:
     """Write worlds.csv and worlds.png, and print the table."""
     from oio.figures.worlds import draw  # here: matplotlib takes a second to import, and workers do without
 
     found = rows(trials)
     write(out / TABLE, names(Row), (asdict(row) for row in found))
     draw(found[:-1], out / FIGURE)
-    show(found, Counter(trial.reason for trial in trials if trial.score is None), str(out))
+    show(rows(trials, by), by, Counter(trial.reason for trial in trials if trial.score is None), str(out))
 
 
-def show(found: Sequence[Row], failures: Counter[str], where: str) -> None:
-    """Print the table, the reasons of failures, and the output folder."""
+def show(found: Sequence[Row], by: Sequence[str], failures: Counter[str], where: str) -> None:
+    """Print the table of rows that are by these keys, the reasons of failures, and the output folder."""
     title = "worlds that changed after calibration; brackets are 95 % intervals"
-    print_table(terminal.console(), title, ("world", "sensor", "air", *HEADS), [_cells(row) for row in found], 3)
+    *groups, together = ((*(getattr(row, key) for key in by), *_cells(row)) for row in found)
+    lines = [*groups, (ALL, *("" for _ in by[1:]), *together[len(by) :])]
+    print_table(terminal.console(), title, (*by, *HEADS), lines, len(by))
     console = terminal.console(soft_wrap=True)
     for reason, count in failures.items():
         console.print(f"{count} failed: {escape(reason)}")
@@ -125,7 +144,7 @@ def show(found: Sequence[Row], failures: Counter[str], where: str) -> None:
 
 def _cells(r: Row) -> tuple[str, ...]:
     return (
-        r.world, r.sensor, r.air, f"{r.trials} ({r.failed})", f"{r.median_mm:.1f} / {r.p95_mm:.0f}",
+        f"{r.trials} ({r.failed})", f"{r.median_mm:.1f} / {r.p95_mm:.0f}",
         _percent(r.covered, r.covered_low, r.covered_high), f"{100 * _share(r.declared, r.trials - r.failed):.0f}",
         f"{r.false} of {r.declared}, {_percent(r.false_share, r.false_low, r.false_high)}",
         f"{r.wrong_pass} of {r.passed}, {_percent(r.wrong_pass_share, r.wrong_pass_low, r.wrong_pass_high)}", f"{r.moves:.0f}", r.assumed,

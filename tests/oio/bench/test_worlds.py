@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from oio.bench import __main__ as command
+from oio.bench.accuracy import plan_cases, write_trials
+from oio.bench.arguments import read
 from oio.bench.score import NEES_95, NEES_999, Case, Trial, scored
+from oio.bench.trial_file import read_trials
 from oio.bench.worlds import ALL, rows
 from tests.oio.bench.scores import GOOD
 
@@ -82,6 +85,53 @@ def test_the_command_leaves_its_table_and_picture(tmp_path, capsys):
     assert (tmp_path / "out" / "worlds.png").stat().st_size > 10_000
     told = capsys.readouterr().out
     assert "declared, but wrong" in told and "wall" in told
+
+
+def test_worlds_have_seeds_of_their_own_unless_they_are_to_share_them():
+    words = ["world=unchanged,wall,box", "sensor=ndir", "air=still", "seeds=7000:7003"]
+    for apart, begins in ((["apart=true"], [7000, 7003, 7006]), (["apart=false"], [7000] * 3), ([], [7000, 7003, 7006])):
+        tasks = plan_cases(read("worlds", [*words, *apart])).tasks
+        assert [seed for _, seed in tasks] == [first + i for first in begins for i in range(3)]
+
+
+def made(folder, trials):
+    folder.mkdir()
+    write_trials(trials, folder)
+    return str(folder)
+
+
+def test_earlier_runs_are_one_table_by_world(tmp_path, capsys):
+    one = made(tmp_path / "a", [Trial(PLAIN, 0, GOOD, ""), Trial(WALL, 0, WRONG, "")])
+    other = made(tmp_path / "b", [Trial(WALL._replace(air="draft"), 0, GOOD, ""), Trial(PLAIN, 1, None, "it broke")])
+    assert command.main(["worlds", f"from={one},{other}", "by=world", f"out={tmp_path / 'out'}"]) == 0
+    with (tmp_path / "out" / "worlds.csv").open(encoding="utf-8") as file:
+        assert [(row["world"], row["air"]) for row in csv.DictReader(file)] == [
+            ("unchanged", "still"), ("wall", "still"), ("wall", "draft"), ("all", ""),
+        ]  # fmt: skip
+    assert read_trials([str(tmp_path / "out")]) == read_trials([one, other]) and (tmp_path / "out" / "worlds.png").is_file()
+    told = capsys.readouterr().out
+    assert "1 failed: it broke" in told and "draft" not in told and "sensor" not in told
+    (_, wall, _) = rows(read_trials([one, other]), ("world",))
+    assert (wall.trials, wall.false, wall.sensor) == (2, 1, "")
+
+
+@pytest.mark.parametrize(("words", "told"), [
+    (["from=nowhere"], "nowhere/trials.csv cannot be read"),
+    (["from={a},{a2}"], "seed 0 of ndir/still/5/d_optimal/ekf/unchanged is in two of the folders"),
+    (["from={b}"], "has other columns than this version writes"),
+    (["from={c}"], "has a row that cannot be read"),
+    (["by=seed"], "rows are by world, sensor, air"),
+    (["apart=perhaps"], "apart is true or false"),
+])  # fmt: skip
+def test_what_is_no_earlier_run_is_refused(words, told, tmp_path, capsys):
+    for name in ("a", "a2"):
+        made(tmp_path / name, [Trial(PLAIN, 0, GOOD, "")])
+    for name, text in (("b", "x,y\n1,2\n"), ("c", (tmp_path / "a" / "trials.csv").read_text().replace("True", "perhaps"))):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "trials.csv").write_text(text)
+    filled = [word.format(**{name: tmp_path / name for name in ("a", "a2", "b", "c")}) for word in words]
+    assert command.main(["worlds", *filled, f"out={tmp_path / 'out'}"]) == 2
+    assert told in " ".join(capsys.readouterr().err.split()) and not (tmp_path / "out").exists()
 
 
 def test_a_world_that_does_not_exist_is_refused(capsys):
