@@ -16,7 +16,7 @@ _PARSE: dict[type, Callable[[str], Any]] = {int: int, float: float, str: str, bo
 
 def read_trials(folders: Sequence[str]) -> list[Trial]:
     """Return the trials of several folders, in their order. Raises BadInput for a file that is none, and for a trial that comes twice."""
-    found = [trial for folder in folders for trial in _read(Path(folder) / TRIALS)]
+    found = [trial for folder in folders for trial in read_csv(Path(folder) / TRIALS)]
     seen = set[tuple[Case, int]]()
     for trial in found:
         if (trial.case, trial.seed) in seen:
@@ -25,7 +25,8 @@ def read_trials(folders: Sequence[str]) -> list[Trial]:
     return found
 
 
-def _read(path: Path) -> list[Trial]:
+def read_csv(path: Path) -> list[Trial]:
+    """Return the trials of one file. Raises BadInput for what is none."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             rows = csv.DictReader(file)

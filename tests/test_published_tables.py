@@ -1,0 +1,56 @@
+"""The tables of README and of the benchmark page are those of the CSV files beside them, to the digit.
+
+`python tests/test_published_tables.py` prints them, to be pasted after a benchmark was made anew.
+"""
+
+import csv
+import sys
+from pathlib import Path
+
+import pytest
+
+from oio.bench.trial_file import read_csv
+from oio.bench.worlds import rows
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/how-to/benchmark.md")}
+AIRS = ("steady", "still", "draft", "ventilated")
+
+
+def accuracy_lines():
+    """A line per sensor: median (95 %), the better cold start, share in the 95 % region, by air."""
+    with (DOCS / "accuracy.csv").open(encoding="utf-8", newline="") as file:
+        cells = {(row["sensor"], row["air"]): row for row in csv.DictReader(file)}
+    return [f"| {sensor} | {' | '.join(_accuracy(cells[sensor, air]) for air in AIRS)} |" for sensor in dict.fromkeys(s for s, _ in cells)]
+
+
+def _accuracy(row):
+    number = {key: float(row[key]) for key in ("median_mm", "p95_mm", "cold_mm", "cold_open_mm", "covered")}
+    cold = min(number["cold_mm"], number["cold_open_mm"])
+    return f"{number['median_mm']:.1f} ({number['p95_mm']:.0f}), cold {cold:.0f}, {100 * number['covered']:.0f} %"
+
+
+def worlds_lines():
+    """A line per world: median (95 %), in the 95 % region, declared, of these wrong, PASS and wrong; the last of all."""
+    found = rows(read_csv(DOCS / "worlds_trials.csv"), ("world",))
+    return [
+        f"| {r.world} | {r.median_mm:.0f} ({r.p95_mm:.0f}) | {round(r.covered * (r.trials - r.failed))} of {r.trials} | {r.declared} | "
+        f"{r.false} | {r.wrong_pass} of {r.passed} |"
+        for r in found
+    ]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_accuracy_table(page):
+    for line in accuracy_lines():
+        assert line in PAGES[page], line
+
+
+def test_the_table_of_worlds():
+    for line in worlds_lines():
+        assert line in PAGES["docs/how-to/benchmark.md"], line
+
+
+if __name__ == "__main__":
+    sys.stdout.write("\n".join([*accuracy_lines(), "", *worlds_lines(), ""]))
