@@ -45,6 +45,11 @@ class LoadCalibration:
         if self.path is None:
             return
         kept, elements = self.kept, self.nominal.elements
+        if kept.delay.s < 0.0:
+            made = (
+                f"{self.path} is of a log whose positions were stamped {-kept.delay.s:.2f} s late, but a run stamps joints as it reads them"
+            )
+            raise BadInput(f"{made}. Calibrate on this bench.")
         if kept.holds_for["sensor"] != self.holds_for["sensor"] or len(kept.baselines) != elements:
             made = f"{self.path} holds for sensor={kept.holds_for['sensor']} with {len(kept.baselines)} elements"
             this = f"this run has sensor={self.holds_for['sensor']} with {elements}"

@@ -10,9 +10,10 @@ from oio.api import array_input
 from oio.api.calibration import Calibration
 from oio.api.calibration_file import calibration_of
 from oio.api.clean_air import baselines_of, columns
+from oio.api.clock_offset import clock_offset, moved_earlier
 from oio.api.location import fitting
 from oio.api.path_stream import stream
-from oio.api.samples import JointPath, Readings
+from oio.api.samples import JointPath, NosePath, Readings
 from oio.api.setup import Setup
 from oio.core.errors import BadInput
 from oio.core.records import Array, GasReading, nanoseconds, seconds
@@ -32,19 +33,22 @@ from oio.results.calibration_file import calibration_yaml
 from oio.results.verdict import judge
 from oio.runtime.gas_stream import GasStream, StreamGaps
 
+CLOCK_U_S = 0.5  # of the offset between two devices that stamp one log: assumption
 PER_REPEAT, REPEATS = 5, 5  # measurements of a repeat, and repeats where nobody told when the nose stood still
 
 
 def calibrate(
     readings: Readings, poses: JointPath, beacon_m: ArrayLike, *, clean_air_s: Sequence[float], beacon_s: Sequence[float],
-    setup: Setup | None = None, measurement_ends_s: ArrayLike | None = None, beacon_u_m: float = 0.001,
+    setup: Setup | None = None, measurement_ends_s: ArrayLike | None = None, beacon_u_m: float = 0.001, clock_u_s: float | None = None,
 ) -> Calibration:  # fmt: skip
     """Calibrate at one source of known place beacon_m (3,) [m], each axis known to `beacon_u_m`, along a path that holds all readings.
 
     `clean_air_s`, `beacon_s`: (begin, end) [s] of the readings before any gas, and while the beacon was open. `measurement_ends_s` (m,):
     when the nose left each place at which it sniffed, at least 10 of them: five measurements at a time locate the beacon again, which is
     the Type B uncertainty; None: 25 equal parts of `beacon_s`. `setup`: None is the SO-101 with five joints, or no arm for a `NosePath`,
-    with the sensor `ec`. Takes some seconds. Raises BadInput for what does not fit together, NotObservable for too few readings.
+    with the sensor `ec`. `clock_u_s` [s]: standard uncertainty of an offset between the stamps of readings and of poses, either way, for
+    which the readings at the source are searched; 0: they have one clock; None: 0.5 for a `NosePath`, and for joints what the setup says
+    (nominal.delay_u_s). Takes some seconds. Raises BadInput for what does not fit together, NotObservable for too few readings.
     """
     setup = fitting(setup or Setup(), poses)
     arm, nominal = setup.robot, setup.part("nominal")
@@ -60,17 +64,21 @@ def calibrate(
     offsets = np.array([b.ppm for b in baselines]), np.array([b.u_ppm for b in baselines])
     known = setup.part("range_law"), setup.part("process_noise"), setup.part("belief_map"), nominal
     survey = BeaconSurvey(arm, *known, place, offsets, noise_scale)
-    trace = setup.part("belief_map").trace()
-    for sensed in stream(poses, gas):
-        trace.add(sensed)
-    delay = survey.delay(trace.as_arrays())
-    sniffs = shift_path(trace.as_arrays(), delay.s)
+    sensed = _sensed(setup, poses, gas)
+    if clock_u_s is None:
+        clock_u_s = CLOCK_U_S if isinstance(poses, NosePath) and not nominal.delay_u_s else 0.0
+    delay = clock_offset(survey, sensed, clock_u_s) if clock_u_s > 0.0 else survey.delay(sensed)
+    if delay.s < 0.0:
+        poses = moved_earlier(poses, -delay.s)
+        gas = [reading for reading in gas if seconds(reading.t_ns) <= float(np.asarray(poses.t_s)[-1])]
+        sensed = _sensed(setup, poses, gas)
+    sniffs = shift_path(sensed, max(delay.s, 0.0))
     fit = survey.fit(sniffs)
     repeats = tuple(survey.repeat(sniffs, ends_s[b:], PER_REPEAT, fit) for b in range(0, len(ends_s) - PER_REPEAT, PER_REPEAT))
     rung = _type_a(gas, baselines, setup, len(ends_s) - 1)
     error_ppm = float(np.hypot(rung.u_a_effective_ppm, np.linalg.norm(offsets[1]) / len(baselines)))
     gaps, box_sd_m = _gaps(gas), arm.box_sd_m
-    sensed, lags = trace.as_arrays(), rise_and_fall(survey.problem(sniffs), fit)
+    lags = rise_and_fall(survey.problem(sniffs), fit)
     fired = exposures(_detector(baselines, setup), sensed, ends_s, _near(sensed, setup.robot, place[0], ends_s))
     found = results.MapCalibration(
         fit, repeats, type_b(repeats), nanoseconds(lit[1]), error_ppm, len(ends_s) - 1, delay, gaps, box_sd_m, lags, fired,
@@ -79,6 +87,14 @@ def calibrate(
     base = results.BaselineResult(baselines, noise_scale, nanoseconds(clean[0]))
     text = _text(setup, found, rung, base)
     return calibration_of(text, "the calibration", setup)
+
+
+def _sensed(setup: Setup, poses: JointPath, gas: list[GasReading]) -> Sniffs:
+    trace = setup.part("belief_map").trace()
+    for sensed in stream(poses, gas):
+        trace.add(sensed)
+    found: Sniffs = trace.as_arrays()
+    return found
 
 
 def _near(sensed: Sniffs, arm: Arm, beacon_m: Array, ends_s: list[float]) -> list[bool]:
@@ -126,7 +142,7 @@ def _gaps(readings: list[GasReading]) -> StreamGaps:
 def _text(setup: Setup, found: results.MapCalibration, rung: TypeA, base: results.BaselineResult) -> str:
     law, walks, nominal = setup.part("range_law"), setup.part("process_noise"), setup.part("nominal")
     noises = {name: assemble_q_r(name, rung.u_a_ppm, found.type_b) for name in ("gum", "paper")}
-    late = replace(nominal, delay_s=found.delay.s)
+    late = replace(nominal, delay_s=max(found.delay.s, 0.0))
     chosen, paper = (calibrated_prior(found.fit, setup.robot, walks, late, noises[name]) for name in ("gum", "paper"))
     cold, cold_open = (cold_prior(setup.robot, law, walks, nominal, pinned) for pinned in (True, False))
     calibration = results.Calibration(

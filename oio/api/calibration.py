@@ -66,7 +66,7 @@ class Calibration:
 
     @property
     def delay_s(self) -> float:
-        """By how much readings are stamped late [s]."""
+        """By how much readings are stamped late [s]; negative: by how much poses are, in a log of two devices."""
         return self.kept.delay.s
 
     @property
@@ -109,7 +109,7 @@ class Calibration:
         """What a filter starts from, for this arm (None: that of the setup), with Q and R in an assembly: gum or paper."""
         if assembly not in self.kept.noises:
             raise BadInput(f"assembly is '{assembly}', but it can be gum or paper.")
-        nominal = replace(self.setup.part("nominal"), delay_s=self.kept.delay.s)
+        nominal = replace(self.setup.part("nominal"), delay_s=max(self.kept.delay.s, 0.0))
         return calibrated_prior(
             self.kept.fit, arm or self.setup.robot, self.setup.part("process_noise"), nominal, self.kept.noises[assembly]
         )

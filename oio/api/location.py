@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from oio.api.calibration import Calibration, chosen_setup, prior_of
+from oio.api.clock_offset import moved_earlier
 from oio.api.path_stream import fed
 from oio.api.samples import JointPath, NosePath, Readings
 from oio.api.setup import MARGIN_M, Setup
@@ -28,6 +29,7 @@ OWN_WORDS = {  # what the reader of a log does, who has no stage and no key of a
     r"\bRaise stage\.navigate\.max_moves": "Sniff longer",
     r" \(stage\.[\w.]+\)": "",
 }
+OF_CALIBRATION = "calibration: "  # before what the calibration says of itself
 NOT_JUDGED = ("declared",)  # criteria of a search that goes on by itself
 
 
@@ -49,15 +51,17 @@ class Location:
         return float(np.sqrt(np.trace(self.cov_m2)))
 
     @classmethod
-    def of(cls, odometry: Odometry, setup: Setup, calibrated: bool) -> Self:
-        """Return that of an odometry that has just made a map; without a calibration its verdict is WARN at best."""
+    def of(cls, odometry: Odometry, setup: Setup, calibration: Calibration | None) -> Self:
+        """Return that of an odometry that has just made a map. Its verdict is at best that of the calibration; without one WARN."""
         best, *others = odometry.hypotheses
         source = odometry.source()
         assert source is not None
         verdict = _judged(odometry, setup)
-        word, reasons = (
-            (verdict.word, verdict.reasons) if calibrated else (max(verdict.word, WARN, key=WORDS.index), (COLD, *verdict.reasons))
-        )
+        if calibration is None:
+            before, told = WARN, (COLD,)
+        else:
+            before, told = calibration.verdict, tuple(f"{OF_CALIBRATION}{own_words(reason)}" for reason in calibration.reasons)
+        word, reasons = max(verdict.word, before, key=WORDS.index), (*told, *verdict.reasons)
         places = tuple((np.array(fit.source), np.array(fit.source_cov)) for fit in others)
         return cls(np.array(source[0]), np.array(source[1]), places, best.world, word, reasons)
 
@@ -75,10 +79,13 @@ def locate(
     """
     setup = fitting(chosen_setup(calibration, setup), poses)
     arm = _arm_in_box(setup, poses, box_m)
+    if calibration is not None and calibration.delay_s < 0.0:
+        poses = moved_earlier(poses, -calibration.delay_s)
+        readings = readings.between(*(float(np.asarray(poses.t_s)[i]) for i in (0, -1)))
     odometry = Odometry(setup.part("ekf"), prior_of(calibration, setup, arm, assembly), setup.part("belief_map"))
     fed(odometry, poses, readings.records(setup.nose, setup.part("nominal").sigma_ppm))
     odometry.locate(measurements)
-    return Location.of(odometry, setup, calibration is not None)
+    return Location.of(odometry, setup, calibration)
 
 
 def fitting(setup: Setup, poses: JointPath) -> Setup:

@@ -32,7 +32,12 @@ class Odometry:
         prior = prior_of(calibration, self.setup, self._arm, assembly)
         self._filter = odometry.Odometry(self.setup.part("ekf"), prior, self.setup.part("belief_map"))
         self._differences, self._last_ns, self._joints_ns, self._measurements = FiniteDifferences(), 0, -1, 0
-        self._calibrated = calibration is not None
+        self._calibration = calibration
+        if calibration is not None and calibration.delay_s < 0.0:
+            raise BadInput(
+                f"the calibration says that poses were stamped {-calibration.delay_s:.2f} s late, but joints that are fed as they come "
+                f"cannot be moved earlier. Calibrate with stamps of one clock, or use oio.locate."
+            )
         self._sigma_ppm = float(self.setup.part("nominal").sigma_ppm)
 
     def joints(self, t_s: float, q: ArrayLike, dq: ArrayLike | None = None, ddq: ArrayLike | None = None) -> None:
@@ -82,7 +87,7 @@ class Odometry:
             raise BadInput("locate was called before any joints. Feed joints(t_s, q) and reading(t_s, ppm) first.")
         self._measurements = self._measurements + 1 if measurements is None else measurements
         self._filter.locate(self._measurements, thorough=thorough)
-        return Location.of(self._filter, self.setup, self._calibrated)
+        return Location.of(self._filter, self.setup, self._calibration)
 
     def source(self) -> tuple[Array, Array] | None:
         """Believed source (3,) m and its covariance (3, 3) m^2 now; None before the first `locate`."""

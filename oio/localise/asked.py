@@ -16,6 +16,7 @@ MAPPING = tuple(entry.name for entry in fields(TableMapping))  # keys of conf/re
 CHOSEN = ("sensor", "arm", "profile")  # of conf/
 PLACES = ("beacon_m", "box_m")
 NAMES = ("columns", "climate_columns", "nose_columns", "joint_columns")  # lists of columns, in whose names anything may stand
+CLOCK_U_S, MOST_S = 0.5, 10.0  # standard uncertainty of the offset between the stamps of gas and positions: assumption; and at most [s]
 NEAR = 0.8  # least similarity (difflib's ratio) of a mistyped key
 SPANS = ("clean_air_s", "beacon_s", "search_s")
 
@@ -33,6 +34,7 @@ class Asked:
     calibration: Path | None
     out: Path | None
     overrides: dict[str, object] = field(default_factory=dict)
+    clock_u_s: float = CLOCK_U_S
 
     @property
     def calibrates(self) -> bool:
@@ -46,7 +48,7 @@ def asked(arguments: Sequence[str]) -> Asked:
     if len(files) != 1 or files[0].startswith("-"):
         raise BadInput(f"{' '.join(arguments) or 'nothing'} was given, but one log is localised in at a time. {EXAMPLE}")
     values = dict(_value(word) for word in arguments if "=" in word)
-    taken = {*MAPPING, *CHOSEN, *PLACES, *SPANS, "calibration", "out"}
+    taken = {*MAPPING, *CHOSEN, *PLACES, *SPANS, "calibration", "out", "clock_u_s"}
     made = Asked(
         Path(files[0]),
         {key: values[key] for key in MAPPING if key in values},
@@ -56,6 +58,7 @@ def asked(arguments: Sequence[str]) -> Asked:
         Path(str(values["calibration"])) if "calibration" in values else None,
         Path(str(values["out"])) if "out" in values else None,
         {key: value for key, value in values.items() if key not in taken},
+        _number("clock_u_s", values.get("clock_u_s", CLOCK_U_S)),
     )
     for key in made.overrides:
         near = difflib.get_close_matches(key, sorted(taken), 1, NEAR)
@@ -90,6 +93,12 @@ def _names(text: str) -> list[str]:
     """Names of columns between commas, with or without brackets about the list, and with or without quotes about a name."""
     inner = text[1:-1] if text.startswith("[") and text.endswith("]") else text
     return [name.strip() for name in next(csv.reader([inner], skipinitialspace=True), []) if name.strip()]
+
+
+def _number(key: str, value: object) -> float:
+    if not isinstance(value, int | float) or isinstance(value, bool) or not 0.0 <= value <= MOST_S:
+        raise BadInput(f"{key}={value} was given, but it is a number of seconds from 0 to {MOST_S:g}. Type e.g. {key}=0.3.")
+    return float(value)
 
 
 def _list(key: str, value: object, wanted: str) -> list[Any]:

@@ -46,6 +46,8 @@ of the search:
   box_m=[[X,Y,Z],[X,Y,Z]]                          lower and upper corner of where the source may be, in metres
   calibration=FILE                                 calibration.yaml of this sensor in this air
   clean_air_s=  beacon_m=  beacon_s=               or a calibration by the log itself: clean air, then a source of known place
+  clock_u_s=                                       how far the stamps of gas and positions may be apart in s (standard uncertainty, 0.5);
+                                                   the calibration finds by how much they are; 0: they have one clock
   out=FOLDER                                       location.json, location.png and calibration.yaml there; a new folder
   KEY=VALUE                                        any other key of conf/, e.g. nominal.rise_s=4.0
 
@@ -136,7 +138,7 @@ def _known(log: LogFile, path: JointPath, setup: Setup) -> Readings:
 def _calibrated(given: Asked, setup: Setup, readings: Readings, path: JointPath) -> Calibration:
     """The calibration by the log itself."""
     clean, lit = given.spans["clean_air_s"], given.spans["beacon_s"]
-    return calibrate(readings, path, given.places["beacon_m"], clean_air_s=clean, beacon_s=lit, setup=setup)
+    return calibrate(readings, path, given.places["beacon_m"], clean_air_s=clean, beacon_s=lit, setup=setup, clock_u_s=given.clock_u_s)
 
 
 def _searched(given: Asked, readings: Readings) -> Readings | None:

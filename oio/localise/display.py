@@ -8,7 +8,7 @@ import numpy as np
 
 from oio import __version__
 from oio.api.calibration_file import write_calibration
-from oio.api.location import Location
+from oio.api.location import OF_CALIBRATION, Location, own_words
 from oio.cli import terminal
 from oio.cli.hanging_text import print_hanging
 from oio.core.records import Array
@@ -30,18 +30,22 @@ def show(given: Asked, found: Found) -> None:
     if found.calibration and not given.calibration:
         print_hanging(console, "calibration: ", f"verdict {found.calibration.verdict}")
         for reason in found.calibration.reasons:
-            print_hanging(console, "  - ", reason)
+            print_hanging(console, "  - ", own_words(reason))
+    if found.calibration and found.calibration.delay_s:
+        late_s = found.calibration.delay_s
+        what = "readings" if late_s > 0.0 else "positions"
+        print_hanging(console, "clock: ", f"{what} are stamped {abs(late_s):.2f} s late, and were taken where the nose was then.")
     if found.location:
-        _show_location(found.location)
+        _show_location(found.location, given.calibration is None)
 
 
-def _show_location(where: Location) -> None:
+def _show_location(where: Location, calibration_shown: bool) -> None:
     console = terminal.console(soft_wrap=True, highlight=False)
     console.print(f"source: {_place(where.mean_m)}, standard deviations {_mm(np.sqrt(np.diag(where.cov_m2)))} mm", markup=False)
     for mean_m, cov_m2 in where.others:
         console.print(f"or:     {_place(mean_m)}, standard deviations {_mm(np.sqrt(np.diag(cov_m2)))} mm", markup=False)
     console.print(f"verdict: {where.verdict}", markup=False)
-    for reason in where.reasons:
+    for reason in (reason for reason in where.reasons if not (calibration_shown and reason.startswith(OF_CALIBRATION))):
         print_hanging(console, "  - ", reason)
 
 

@@ -86,7 +86,7 @@ def kept_of(text: str, path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
         path, text, names, held.maybe_text("serial"), joints, _made(read.section("made")), verdict.text("overall"),
         _fit(read.section("fit"), arm, len(baselines), law),
         {name: _read_noise(name, read.section("assemblies").section(name)) for name in ("gum", "paper")},
-        Delay(late.number("s", 0.0), late.number("u_s", 0.0)),
+        Delay(late.number("s"), late.number("u_s", 0.0)),
         baselines, totals.number("time_s", 0.0), totals.number("error_ppm", 0.0),
         paper.section("u_a").number("value", 0.0), paper.section("u_b").number("value", 0.0), totals.whole("moves"),
         None if "highest_ppm" not in read.names else tuple(read.numbers("highest_ppm", len(baselines)).tolist()),

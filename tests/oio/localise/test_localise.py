@@ -1,6 +1,7 @@
 """`python -m oio.localise`: the source of a log whose nose was moved, with and without a calibration; and what is refused."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+import oio
 from oio.localise.command import HELP, main
 
 BEACON_M, SOURCE_M = np.array([0.10, 0.05, 0.0]), np.array([-0.05, 0.08, 0.10])
@@ -82,6 +84,36 @@ def test_where_the_nose_was_for_a_while_unknown_it_is_not_guessed(walk, found, c
     error_m, cov_m2 = np.array(place(out)["mean_m"]) - SOURCE_M, np.array(place(out)["cov_m2"])
     assert np.linalg.norm(error_m) < 0.015 and error_m @ np.linalg.solve(cov_m2, error_m) < 7.81
     assert "1 holes, the longest from 144.9 to 165 s" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("late_s", "what"), [(-0.4, "readings"), (0.4, "positions"), (0.02, "")])
+def test_clocks_that_are_apart_are_found_and_reckoned_with(walk, capsys, late_s, what):
+    """With positions 0.4 s late the source was 45 mm off, told to 12, and passed."""
+    rows = [line.split(",") for line in walk.read_text().splitlines()]
+    for row in rows[1:]:
+        x, y, z = 1e3 * nose_m(np.array([float(row[0]) - late_s]))[0]
+        row[1:4] = [f"{x:.1f}", f"{y:.1f}", f"{z:.1f}"]
+    path, out = walk.with_name(f"late{late_s}.csv"), walk.with_name(f"of_late{late_s}")
+    path.write_text("\n".join(map(",".join, rows)) + "\n")
+    assert main([str(path), *BY_ITSELF, f"out={out}"]) == 0
+    said, error_m, cov_m2 = capsys.readouterr().out, np.array(place(out)["mean_m"]) - SOURCE_M, np.array(place(out)["cov_m2"])
+    assert np.linalg.norm(error_m) < 0.015 and error_m @ np.linalg.solve(cov_m2, error_m) < 11.3  # chi-square, 99 %
+    told = re.search(r"clock: (readings|positions) are stamped ([\d.]+) s late", said)
+    assert (told[1] if told else "") == what and (told is None or float(told[2]) == pytest.approx(abs(late_s), abs=0.06))
+    if what == "positions":  # live, nobody knows where the nose will be
+        with pytest.raises(oio.BadInput, match=r"poses were stamped 0\.\d+ s late"):
+            oio.Odometry(oio.load_calibration(out / "calibration.yaml"))
+        assert main([str(path), NOSE, f"calibration={out / 'calibration.yaml'}", "search_s=[139.9,199]"]) == 0
+    assert main([str(path), *BY_ITSELF, "clock_u_s=-1"]) == 2
+
+
+def test_the_answer_is_no_better_than_its_calibration(found, tmp_path):
+    text = (found / "calibration.yaml").read_text()
+    kept = tmp_path / "kept.yaml"
+    kept.write_text(re.sub(r"(?m)^  overall: PASS", "  overall: FAIL", text).replace("reasons: []", 'reasons: ["it never saw gas."]'))
+    out = tmp_path / "out"
+    assert main([str(found.with_name("walk.csv")), NOSE, f"calibration={kept}", "search_s=[139.9,200]", f"out={out}"]) == 3
+    assert place(out)["verdict"] == "FAIL" and "calibration: it never saw gas." in place(out)["reasons"]
 
 
 def test_two_readings_are_no_error_but_no_place_either(walk, capsys):
