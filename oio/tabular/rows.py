@@ -15,6 +15,7 @@ from oio.tabular.mapping import typed
 from oio.tabular.text import Text, lines
 
 NAN = float("nan")
+FEW = 9  # rows before the last, below which nothing is said of the usual length of a cell
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,7 @@ def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[
     used = _places(source.name, layout, columns)
     split, width, comma = splitter(layout.delimiter), len(layout.names), layout.decimal == ","
     values, other = array("d"), Counter[str]()
+    shortest = len(source.text)  # of the last cells
     for number, match in enumerate(lines(source.text, layout.data_at), start=1):
         try:
             cells = split(match[0])
@@ -39,9 +41,12 @@ def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[
         reason = _reason(match[0], cells, width, layout)
         if cells and reason != "repeated header" and not cells[0][:1].isdigit():
             _refuse_other_header(source.name, layout, cells, number)
+        if not reason and number > FEW and match.end() == len(source.text) and _is_cut(source.text, cells, shortest):
+            reason = "cut at the end of the file"
         if reason:
             other[reason] += 1
             continue
+        shortest = min(shortest, len(cells[width - 1]))
         values.append(_value(" ".join([cells[i] for i in stamped]) if stamped else str(number), stamp))
         values.extend([_number(cells[i].replace(",", ".") if comma else cells[i]) for i in used])
     return Cells(np.array(values).reshape(-1, 1 + len(columns)), other)
@@ -75,6 +80,11 @@ def _refuse_other_header(name: str, layout: Layout, cells: Sequence[str], number
             f"{name} names its columns again in row {number} below its header, and otherwise: {list(named)} instead of "
             f"{list(layout.names)}. Cut the file there, and give one part at a time."
         )
+
+
+def _is_cut(text: str, cells: Sequence[str], shortest: int) -> bool:
+    """Whether the last row has no end of line, and its last cell is shorter than any before: a logger that lost its power."""
+    return text[-1:] not in "\r\n" and len(cells[-1]) < shortest
 
 
 def _value(cell: str, convert: Callable[[str], float]) -> float:

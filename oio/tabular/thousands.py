@@ -4,16 +4,18 @@ refused."""
 import csv
 import re
 from collections.abc import Iterable, Sequence
+from itertools import islice
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.tabular.layout import Layout, places, splitter
+from oio.tabular.layout import SAMPLE, Layout, is_number, places, splitter
 from oio.tabular.text import Text, lines
 
 GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}$")  # 1,012: the one case that is open
 GROUPS = re.compile(r"[+-]?\d{1,3}([.,'’ \u00a0\u202f])\d{3}(\1\d{3})*([.,]\d+)?$")  # 1.437,5 and 1'012, which are no numbers otherwise
+LEAST_UNLIKELY = 100.0  # 412.250 is hardly 412 thousand
 TELLING = 100.0  # a whole number from here on, beside marks before three digits, is of a column that goes on above 999
 
 
@@ -27,6 +29,8 @@ def refuse_thousands(source: Text, layout: Layout, columns: Sequence[str], value
             )
         if _looks_open(numbers):
             refuse_open(source, column, _cells(source, layout, column), TELLING)
+        if _all_grouped(numbers):
+            _refuse_all_grouped(source, layout, column)
 
 
 def refuse_open(source: Text, column: str, cells: Iterable[str], least: float) -> None:
@@ -46,6 +50,33 @@ def refuse_open(source: Text, column: str, cells: Iterable[str], least: float) -
             f"whether the mark is between thousands or a decimal mark. Export it without marks between thousands; or, if it is a decimal "
             f"mark, type recording.decimal='\"{mark}\"'."
         )
+
+
+def _refuse_all_grouped(source: Text, layout: Layout, column: str) -> None:
+    """Raise BadInput if every cell of a column is like 1.413, and nothing else in the file tells what that mark is."""
+    marked = ""
+    for cell in _cells(source, layout, column):
+        if cell.isdigit() or (("." in cell or "," in cell) and not GROUPED.match(cell)):
+            return
+        marked = cell if GROUPED.match(cell) else marked
+    mark = "," if "," in marked else "."
+    split = splitter(layout.delimiter)
+    rows = (split(match[0]) for match in islice(lines(source.text, layout.data_at), SAMPLE))
+    others = (cell.strip() for row in rows for cell in row if mark in cell)
+    if marked and not any(is_number(cell, mark) and not GROUPED.match(cell) for cell in others):
+        raise BadInput(
+            f"{source.name} has values such as {marked} in '{column}', all with three digits behind the mark, and it is not certain "
+            f"whether that is between thousands or a decimal mark. If it is a decimal mark, type "
+            f"recording.decimal='\"{mark}\"'; if not, export it without marks between thousands."
+        )
+
+
+def _all_grouped(numbers: Array) -> bool:
+    """Whether all numbers (k,) may be thousands that were read as thousandths, none of a hundred thousand or more."""
+    finite = np.abs(numbers[np.isfinite(numbers)])
+    if not len(finite) or finite.min() < 1.0 or finite.max() >= LEAST_UNLIKELY or np.all(finite == np.floor(finite)):
+        return False
+    return bool(np.allclose(1e3 * finite, np.rint(1e3 * finite), rtol=0.0, atol=1e-6))
 
 
 def _looks_open(numbers: Array) -> bool:

@@ -280,3 +280,30 @@ def test_lists_in_a_parquet_file_are_left_out_and_structures_are_columns(tmp_pat
     parquet.write_table(table, tmp_path / "a.parquet")
     head = file_bytes(tmp_path / "a.parquet").decode().splitlines()[0]
     assert head == '"time_s","co2_ppm","place.x","place.y"'
+
+
+@pytest.mark.parametrize("text", [
+    "t [s];co2 [ppm]\n" + "\n".join(f"{i};1.{400 + i}" for i in range(20)),
+    't [s],co2 [ppm]\n' + "\n".join(f'{i},"1,{400 + i}"' for i in range(20)),
+])  # fmt: skip
+def test_thousands_alone_are_not_taken_for_thousandths(text):
+    with pytest.raises(BadInput, match=r"values such as 1.419 in 'co2 \[ppm\]', all with three digits behind the mark"):
+        mapped(text)
+    told = mapped(text, decimal="," if '"' in text else ".")
+    assert told.table.values[0, 0] == 1.4
+
+
+@pytest.mark.parametrize("rows", [
+    [f"{i};12.{100 + i};21.5" for i in range(20)],  # another column says what the point is
+    [f"{i};412.{100 + i};21" for i in range(20)],  # not 412 thousand
+    [f"{i};0.{100 + i};21" for i in range(20)],
+])  # fmt: skip
+def test_three_decimals_are_decimals_where_something_says_so(rows):
+    assert not mapped("t [s];co2 [ppm];T\n" + "\n".join(rows)).table.dropped
+
+
+def test_a_row_that_was_cut_by_the_end_of_the_file_is_dropped_and_counted():
+    rows = [f"{i},{400 + i}" for i in range(20)]
+    assert mapped("t [s],co2 [ppm]\n" + "\n".join([*rows, "20,4"])).table.dropped == {"cut at the end of the file": 1}
+    for end in ("20,4\n", "20,411", "20,4111"):
+        assert not mapped("t [s],co2 [ppm]\n" + "\n".join([*rows, end])).table.dropped
