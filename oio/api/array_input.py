@@ -13,6 +13,22 @@ TIMES = "mM"  # numpy's kinds of dates and durations, which would be read as who
 LONGEST_S = 1e8  # three years; nanoseconds as whole numbers and as floating-point seconds agree far beyond
 
 
+def expected(name: str, value: object, kind: type, example: str, optional: bool = False) -> None:
+    """Raise BadInput for a value of another type; `example`: what to give."""
+    if not isinstance(value, kind) and not (optional and value is None):
+        raise BadInput(f"{name} is a {type(value).__name__}, but a {kind.__name__} is wanted. Give e.g. {example}.")
+
+
+def number(name: str, value: object) -> float:
+    """Return one number, NaN and infinity among them. Raises BadInput for anything else."""
+    if isinstance(value, bool | str) or np.ndim(value) != 0:  # type: ignore[arg-type]
+        raise BadInput(f"{name} is {str(value)[:60]}, but one number is wanted.")
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise BadInput(f"{name} is {str(value)[:60]}, but one number is wanted.") from None
+
+
 def vector(name: str, values: ArrayLike, length: int | None = None) -> Array:
     """Return finite numbers (m,), m >= 1, read-only; raises BadInput for anything else, with what was given and wanted."""
     return _checked(name, values, ("m" if length is None else length,))

@@ -34,6 +34,7 @@ from oio.results.verdict import judge
 from oio.runtime.gas_stream import GasStream, StreamGaps
 
 CLOCK_U_S = 0.5  # of the offset between two devices that stamp one log: assumption
+FARTHEST_BEACON_M = 5.0
 PER_REPEAT, REPEATS = 5, 5  # measurements of a repeat, and repeats where nobody told when the nose stood still
 
 
@@ -50,6 +51,9 @@ def calibrate(
     which the readings at the source are searched; 0: they have one clock; None: 0.5 for a `NosePath`, and for joints what the setup says
     (nominal.delay_u_s). Takes some seconds. Raises BadInput for what does not fit together, NotObservable for too few readings.
     """
+    array_input.expected("readings", readings, Readings, "oio.Readings(t_s, ppm=ppm)")
+    array_input.expected("poses", poses, JointPath, "oio.NosePath(t_s, p_m)")
+    array_input.expected("setup", setup, Setup, "oio.Setup(sensor='ec')", optional=True)
     setup = fitting(setup or Setup(), poses)
     arm, nominal = setup.robot, setup.part("nominal")
     clean, lit = array_input.span("clean_air_s", clean_air_s), array_input.span("beacon_s", beacon_s)
@@ -57,6 +61,7 @@ def calibrate(
         raise BadInput(
             f"beacon_s begins at {lit[0]:g} s, but clean_air_s ends at {clean[1]:g} s. Give clean air before the beacon was open."
         )
+    _refuse_far(array_input.vector("beacon_m", beacon_m, 3), arm, poses)
     ends_s = _ends(measurement_ends_s, lit)
     air, gas = (readings.between(*span).records(setup.nose, nominal.sigma_ppm) for span in (clean, lit))
     baselines, noise_scale = baselines_of(air, setup)
@@ -87,6 +92,16 @@ def calibrate(
     base = results.BaselineResult(baselines, noise_scale, nanoseconds(clean[0]))
     text = _text(setup, found, rung, base)
     return calibration_of(text, "the calibration", setup)
+
+
+def _refuse_far(beacon_m: Array, arm: Arm, poses: JointPath) -> None:
+    """Refuse a beacon so far from the path that it is in other units, or in another frame."""
+    nearest_m = float(np.min(np.linalg.norm(arm.nose(np.asarray(poses.q)) - beacon_m, axis=1)))
+    if nearest_m > FARTHEST_BEACON_M:
+        raise BadInput(
+            f"beacon_m is {beacon_m.tolist()}, {nearest_m:.3g} m from the nearest place of the nose, where no gas of it would be smelt. "
+            f"Give metres, in the frame of the poses."
+        )
 
 
 def _sensed(setup: Setup, poses: JointPath, gas: list[GasReading]) -> Sniffs:

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from oio.api.array_input import expected
 from oio.api.setup import Setup
 from oio.core.errors import BadInput
 from oio.core.records import Array
@@ -124,6 +125,8 @@ def prior_of(calibration: Calibration | None, setup: Setup, arm: Arm, assembly: 
 
 def chosen_setup(calibration: Calibration | None, setup: Setup | None) -> Setup:
     """Return the setup of a calibration, or the one that is given without one. Raises BadInput for neither, and for both."""
+    expected("calibration", calibration, Calibration, "oio.load_calibration('calibration.yaml')", optional=True)
+    expected("setup", setup, Setup, "oio.Setup(sensor='ec')", optional=True)
     if (calibration is None) == (setup is None):
         given = "neither a calibration nor a setup" if calibration is None else "a calibration and a setup"
         raise BadInput(f"{given} was given, but it takes one of them: a calibration has its setup. Give e.g. setup=oio.Setup(sensor='ec').")

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from oio.api.array_input import expected
 from oio.api.calibration import EXAMPLE, Calibration
 from oio.api.setup import Setup, in_one_paragraph
 from oio.core.errors import BadInput
@@ -30,6 +31,7 @@ def write_calibration(calibration: Calibration, path: str | Path) -> None:
 
     Raises BadInput if the file exists, or cannot be written.
     """
+    expected("calibration", calibration, Calibration, "what oio.calibrate returned")
     try:
         with Path(path).open("x", encoding="utf-8") as file:
             file.write(calibration.text)

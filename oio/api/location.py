@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from oio.api.array_input import expected
 from oio.api.calibration import Calibration, chosen_setup, prior_of
 from oio.api.clock_offset import moved_earlier
 from oio.api.path_stream import fed
@@ -29,6 +30,7 @@ OWN_WORDS = {  # what the reader of a log does, who has no stage and no key of a
     r"\bRaise stage\.navigate\.max_moves": "Sniff longer",
     r" \(stage\.[\w.]+\)": "",
 }
+BEYOND_RAD = 0.5  # joints of a log may be beyond the model's limits by an error of their zeros
 OF_CALIBRATION = "calibration: "  # before what the calibration says of itself
 NOT_JUDGED = ("declared",)  # criteria of a search that goes on by itself
 
@@ -57,9 +59,8 @@ class Location:
         source = odometry.source()
         assert source is not None
         verdict = _judged(odometry, setup)
-        if calibration is None:
-            before, told = WARN, (COLD,)
-        else:
+        before, told = WARN, tuple([COLD])
+        if calibration is not None:
             before, told = calibration.verdict, tuple(f"{OF_CALIBRATION}{own_words(reason)}" for reason in calibration.reasons)
         word, reasons = max(verdict.word, before, key=WORDS.index), (*told, *verdict.reasons)
         places = tuple((np.array(fit.source), np.array(fit.source_cov)) for fit in others)
@@ -77,6 +78,8 @@ def locate(
     `measurements`: places at which the nose sniffed, by which the calibration's Type B uncertainty goes down; 1 is on the safe side.
     `assembly` of Q and R: gum or paper. Raises BadInput for what does not fit together, NotObservable for fewer than two readings.
     """
+    expected("readings", readings, Readings, "oio.Readings(t_s, ppm=ppm)")
+    expected("poses", poses, JointPath, "oio.NosePath(t_s, p_m)")
     setup = fitting(chosen_setup(calibration, setup), poses)
     arm = _arm_in_box(setup, poses, box_m)
     if calibration is not None and calibration.delay_s < 0.0:
@@ -96,7 +99,21 @@ def fitting(setup: Setup, poses: JointPath) -> Setup:
     if columns != setup.dof:
         given = f"JointPath.q has the shape {np.asarray(poses.q).shape}, but the setup has dof={setup.dof}"
         raise BadInput(f"{given}: (k, {setup.dof}) is wanted. Give oio.Setup(dof={columns}), or a NosePath if these are nose positions.")
+    _refuse_degrees(setup.robot, np.asarray(poses.q))
     return setup
+
+
+def _refuse_degrees(arm: Arm, q: Array) -> None:
+    """Refuse joints (k, n) that are far beyond the arm's limits, and within them if they are degrees."""
+    turns = np.array([unit == "rad" for unit in arm.units])
+    low, high = arm.low_rad[: arm.dof][turns] - BEYOND_RAD, arm.high_rad[: arm.dof][turns] + BEYOND_RAD
+    angles = q[:, turns]
+    beyond, as_degrees = (angles < low) | (angles > high), np.radians(angles)
+    if np.any(beyond) and np.all((as_degrees >= low) & (as_degrees <= high)):
+        raise BadInput(
+            f"JointPath.q has {angles[beyond][0]:g} rad, far beyond the limits of arm '{arm.name}', but as degrees all are within them. "
+            f"Give radians, e.g. with numpy's radians."
+        )
 
 
 def _arm_in_box(setup: Setup, poses: JointPath, box_m: ArrayLike | None) -> Arm:

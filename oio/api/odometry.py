@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from oio.api import array_input
 from oio.api.calibration import Calibration, chosen_setup, prior_of
 from oio.api.location import Location
-from oio.api.samples import check_element
+from oio.api.samples import FARTHEST_M, check_element
 from oio.api.setup import Setup
 from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, GasReading, GasSample, Innovation, JointState
@@ -49,7 +49,10 @@ class Odometry:
         t_ns = array_input.stamp("joints: t_s", t_s, self._last_ns)
         if t_ns == self._joints_ns:
             raise BadInput(f"joints: t_s is {t_s:.6f} s twice, but joints must come later than the last ones. Leave doubles out.")
-        state = self._differences.state(t_ns, array_input.vector("joints: q", q, self._arm.dof))
+        given = array_input.vector("joints: q", q, self._arm.dof)
+        if float(np.max(np.abs(given))) > FARTHEST_M:
+            raise BadInput(f"joints: q is {given.tolist()}, but radians are wanted, or metres of what slides. Divide mm by 1000.")
+        state = self._differences.state(t_ns, given)
         if dq is not None or ddq is not None:
             told = (array_input.vector(f"joints: {n}", s if v is None else v, self._arm.dof) for n, v, s in
                     (("dq", dq, state.dq), ("ddq", ddq, state.ddq)))  # fmt: skip
@@ -62,19 +65,21 @@ class Odometry:
     ) -> Innovation | None:
         """Feed one reading of an element at t_s [s], in ppm, or raw in the unit of the sensor, and update with it.
 
-        Returns its innovation; None before the first `locate`, and for a raw value at the upper end of the scale, which is no measurement.
+        Returns its innovation; None before the first `locate`, and at the upper end of the sensor's scale and beyond, where it measures nothing.
         NaN counts as a reading that was missed. Raises BadInput for an element that the sensor has not, and for times that decrease.
         """
         if (ppm is None) == (raw is None):
             raise BadInput(f"reading was given {'neither' if ppm is None else 'both'} ppm and raw, but it takes one of them.")
         check_element(element, self.setup.nose)
+        value = array_input.number("reading: ppm" if raw is None else "reading: raw", ppm if raw is None else raw)
         t_ns = self._last_ns = array_input.stamp("reading: t_s", t_s, self._last_ns)
         if raw is None:
-            assert ppm is not None
-            return self._filter.reading(GasReading(t_ns, element, float(ppm), self._sigma_ppm if sigma_ppm is None else float(sigma_ppm)))
-        if raw >= self.setup.nose.highest_raw:
+            if self.setup.nose.raw(value) >= self.setup.nose.highest_raw:
+                return None
+            return self._filter.reading(GasReading(t_ns, element, value, self._sigma_ppm if sigma_ppm is None else float(sigma_ppm)))
+        if value >= self.setup.nose.highest_raw:
             return None
-        return self._filter.reading(self.setup.nose.reading(GasSample(t_ns, element, float(raw))))
+        return self._filter.reading(self.setup.nose.reading(GasSample(t_ns, element, value)))
 
     def locate(self, measurements: int | None = None, thorough: bool = True) -> Location:
         """Fit all that was fed so far from scratch, and let the filter go on from the best place. Raises NotObservable for fewer than two

@@ -9,6 +9,9 @@ from oio.core.errors import BadInput
 from oio.core.records import GasReading, JointState
 from oio.estimators.odometry import Odometry
 from oio.kinematics.finite_differences import FiniteDifferences
+from oio.tabular.positions import holes, outside
+
+ROUNDING_S = np.array([1e-6, -1e-6])  # at the ends of a hole
 
 
 def stream(poses: JointPath, readings: list[GasReading]) -> Iterator[JointState | GasReading]:
@@ -17,6 +20,7 @@ def stream(poses: JointPath, readings: list[GasReading]) -> Iterator[JointState 
     Raises BadInput if there are no readings, or some outside the path.
     """
     stamps = _inside(poses, readings)
+    _refuse_holes(poses, stamps)
     nodes, q = poses.at(stamps)
     ends, differences = np.searchsorted(stamps, nodes, side="right"), FiniteDifferences()
     done = 0
@@ -33,6 +37,18 @@ def fed(odometry: Odometry, poses: JointPath, readings: list[GasReading]) -> Non
             odometry.joints(sensed)
         else:
             odometry.reading(sensed)
+
+
+def _refuse_holes(poses: JointPath, stamps: np.ndarray) -> None:
+    """Refuse readings where nobody knows the way of the nose."""
+    missing = holes(np.asarray(poses.t_s), np.asarray(poses.q)) + ROUNDING_S
+    lost_s = 1e-9 * stamps[~outside(1e-9 * stamps, missing)]
+    if len(lost_s):
+        begin, end = next((begin, end) for begin, end in missing if begin < lost_s[0] < end)
+        raise BadInput(
+            f"the poses have a hole from {begin:g} to {end:g} s, after which the nose is elsewhere, and {len(lost_s)} readings are in such "
+            f"holes. Leave these out: readings.only((readings.t_s <= {begin:g}) | (readings.t_s >= {end:g}))."
+        )
 
 
 def _inside(poses: JointPath, readings: list[GasReading]) -> np.ndarray:

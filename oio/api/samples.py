@@ -62,7 +62,7 @@ class Readings:
         return replace(self, **{k: np.asarray(v)[kept] for k, v in vars(self).items() if v is not None})
 
     def records(self, sensor: Sensor, sigma_ppm: float) -> list[GasReading]:
-        """Return them as the filter takes them; raw ones at the upper end of the sensor's scale are no measurement and left out.
+        """Return them as the filter takes them; those at the upper end of the sensor's scale, or beyond, are no measurement and left out.
 
         `sigma_ppm` is that of one reading where none was given. Raises BadInput for an element that the sensor has not.
         """
@@ -74,7 +74,8 @@ class Readings:
         for t_s, element, value, sigma in rows:
             t_ns = nanoseconds(t_s)
             if self.ppm is not None:
-                made.append(GasReading(t_ns, element, value, sigma))
+                if sensor.raw(value) < sensor.highest_raw:
+                    made.append(GasReading(t_ns, element, value, sigma))
             elif value < sensor.highest_raw:
                 made.append(sensor.reading(GasSample(t_ns, element, value)))
         return made

@@ -36,6 +36,7 @@ class Setup:
     overrides: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        array_input.expected("overrides", self.overrides, Mapping, "{'nominal.rise_s': 4.0}")
         use_shipped()
         with in_one_paragraph():
             from oio.cli.unread_keys import refuse_unread

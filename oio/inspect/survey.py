@@ -12,12 +12,13 @@ from oio.core.records import Array
 from oio.inspect.clocks import Clock, Comparison, clock_of, compare
 from oio.inspect.columns import Column, column_of
 from oio.tabular.clock import disorder, newest_first
+from oio.tabular.devices import only_of, refuse_devices
 from oio.tabular.guess import climate, the_gas, the_time, the_unit
 from oio.tabular.layout import BOTH, Layout, find_layout
 from oio.tabular.mapping import TableMapping
 from oio.tabular.names import role_of, unit_of
-from oio.tabular.read import refuse_marks, sample
-from oio.tabular.rows import read_cells
+from oio.tabular.read import refuse_marks
+from oio.tabular.rows import read_cells, sample, with_numbers
 from oio.tabular.stamps import find_unit, stamp
 from oio.tabular.text import Text, decode
 
@@ -44,15 +45,18 @@ def survey(data: bytes, given: TableMapping, name: str) -> Survey:
     clocks, stamps = _clocks(source, layout, given)
     timed = {name for column in stamps for name in (column, *column.split(BOTH))}
     names = [column for column in layout.names if column not in timed]
-    cells = read_cells(source, layout, None, float, names)
+    only = only_of(given.where)
+    cells = read_cells(source, layout, None, float, names, only)
     columns = tuple(column_of(column, cells.values[:, i]) for i, column in enumerate(names, start=1))
     known = [(clock.name, stamps[clock.name]) for clock in clocks if clock.notation and clock.last > clock.first]
     compared = tuple(found for other in known[1:] if (found := compare(known[0], other)) is not None)
     mapping, open_keys = _mapping(source, layout, given, clocks, columns)
     stamped = stamps.get(mapping.time or "")
-    if stamped is not None and not newest_first(stamped) and (why := disorder(stamped)):
-        mapping, open_keys = dataclasses.replace(mapping, time=None, session=None), {**open_keys, "time": f"of '{mapping.time}' {why}"}
-        open_keys.pop("session", None)
+    if several := _devices(source, layout, mapping):
+        open_keys = {key: why for key, why in open_keys.items() if key != "session"} | {"where": several}
+    elif stamped is not None and not newest_first(stamped) and (why := disorder(stamped)):
+        open_keys = {key: why for key, why in open_keys.items() if key != "session"} | {"time": f"of '{mapping.time}' {why}"}
+        mapping = dataclasses.replace(mapping, time=None, session=None)
     if given.decimal is None:
         try:
             used = [column for column in mapping.columns or () if column in names]
@@ -60,6 +64,16 @@ def survey(data: bytes, given: TableMapping, name: str) -> Survey:
         except BadInput as error:
             mapping, open_keys = dataclasses.replace(mapping, decimal=None), {**open_keys, "decimal": str(error)}
     return Survey(source, layout, len(cells.values), cells.other, clocks, compared, columns, mapping, open_keys)
+
+
+def _devices(source: Text, layout: Layout, mapping: TableMapping) -> str:
+    """Why one device is to be chosen; empty if there is one, or it was chosen."""
+    try:
+        if mapping.where is None:
+            refuse_devices(source, layout, (*(mapping.time or "").split(BOTH), *(mapping.columns or ())))
+    except BadInput as error:
+        return str(error)
+    return ""
 
 
 def _clocks(source: Text, layout: Layout, given: TableMapping) -> tuple[tuple[Clock, ...], dict[str, Array]]:
@@ -70,7 +84,7 @@ def _clocks(source: Text, layout: Layout, given: TableMapping) -> tuple[tuple[Cl
         named = [the_time(source.name, layout)] if given.time is None and len(named) > 1 else named  # Date + Time are one
     for column in dict.fromkeys((*((given.time,) if given.time else ()), *named)):
         notation = _notation(source, layout, given, column)
-        cells = read_cells(source, layout, column, stamp(notation or "s", layout.decimal), ())
+        cells = read_cells(source, layout, column, stamp(notation or "s", layout.decimal), (), only_of(given.where))
         found = clock_of(column, notation, cells.values[:, 0])
         if found is not None:
             clocks.append(found)
@@ -108,9 +122,10 @@ def _mapping(
         time = found.get("time")
         if time is not None:
             settle("time_unit", lambda: find_unit(str(time), unit_of(str(time)), sample(source, layout, str(time)), layout.decimal)[0])
-    settle("columns", lambda: the_gas(source.name, layout))
+    numeric = with_numbers(source, layout)
+    settle("columns", lambda: the_gas(source.name, numeric))
     if "columns" in found:
-        gas = given.columns or the_gas(source.name, layout)
+        gas = given.columns or the_gas(source.name, numeric)
         settle("unit", lambda: the_unit(given, gas)[0])
         if "unit" in found:
             settle("per_ppm", lambda: the_unit(given, gas)[1])

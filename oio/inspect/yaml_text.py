@@ -18,6 +18,7 @@ KEYS = (
     "per_ppm",
     "no_value",
     "climate_columns",
+    "where",
     "session",
 )
 

@@ -78,6 +78,8 @@ def _check(made: Asked) -> None:
         raise BadInput("calibration and beacon_m were both given, but a calibration is read or made. Leave one out.")
     if "sensor" not in made.chosen and not made.calibration:
         raise BadInput("no sensor was given, and no calibration, which names one. Type sensor=ec (ndir, pa, mox_mq, mox_mics).")
+    if made.calibration and not made.calibration.is_file():
+        raise BadInput(f"calibration={made.calibration} was given, but there is no such file. Give a calibration.yaml.")
     if made.calibration and (made.chosen or made.overrides):
         others = ", ".join((*made.chosen, *made.overrides))
         raise BadInput(f"{others} was given, but {made.calibration} says sensor, arm and profile itself. Leave it out.")

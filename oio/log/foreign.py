@@ -58,7 +58,8 @@ def topics(data: bytes, name: str) -> tuple[dict[str, Topic], dict[str, str]]:
     except DAMAGE as error:
         why = str(error) or "it ends in the middle of a record"
         raise BadInput(
-            f"{name} is an MCAP log that cannot be read to its end ({why}). Type python -m oio.recover {name}, which keeps what is whole."
+            f"{name} is an MCAP log that cannot be read to its end ({why}). What is whole in it can be kept with the tool of the format: "
+            f"mcap recover {name}."
         ) from None
     return found, undecoded
 

@@ -36,6 +36,7 @@ class TableMapping:
     nose_columns: tuple[str, ...] | None  # where the nose was: x, y, z; or
     joint_columns: tuple[str, ...] | None  # positions of the unlocked joints of the arm that carried it, base first
     position_unit: str | None  # of these: m, mm, cm; rad or deg of joints that turn
+    where: str | None  # NAME=VALUE: rows of one device, where several write into one table
     max_gap_s: Annotated[float | None, Within(1e-3, 1e9)]  # a longer gap begins a new session
     session: Annotated[int | None, Within(1, 1_000_000)]  # number of the session to read, from 1, where the clock was set back
 
@@ -72,6 +73,10 @@ class TableMapping:
         return self.column_prefix + self.columns[0] if self.columns else None
 
     def _check_positions(self) -> None:
+        for key in ("columns", "nose_columns", "joint_columns"):
+            names = getattr(self, key) or ()
+            if len({*names}) < len(names):
+                raise BadInput(f"recording.{key} is {list(names)}, but no column can be two of them. Give each name once.")
         if self.nose_columns and self.joint_columns:
             raise BadInput("recording.nose_columns and recording.joint_columns were both given, but a path is one of them. Leave one out.")
         if self.nose_columns and len(self.nose_columns) != 3:

@@ -15,12 +15,13 @@ UNITS = {
     "percent": "%", "deg": "deg", "°": "deg", "degrees": "deg", "rad": "rad", "m": "m", "mm": "mm", "cm": "cm",
 }  # fmt: skip
 INSIDE = ("ppm", "ppb", "adc", "counts", "ms", "degc", "pct")  # units that are told anywhere in a name: co2_ppm_b
-CLOCKS = ("millis", "micros", "ms", "us", "msec", "milliseconds", "microseconds", "seconds", "secs")  # names of times that are a unit
+ALONE = ("millis", "micros", "ms", "us", "msec", "milliseconds", "microseconds", "seconds", "secs", "ppm", "ppb")  # units that are names
 PLAIN = ("data", "value")  # fields of messages that hold one number
 KEPT = ("adc", "raw")  # words that also tell what it is
 GAS_UNITS = ("ppm", "ppb", "%vol", "ug/m3", "mg/m3", "counts", "V", "mV", "ohm", "kohm")
 WORDS = {
-    "time": r"t|time|times?tamp|date|date[ _]?time|millis|micros|ms|us|msec|milliseconds|microseconds|seconds|secs|ts|"
+    "time": r"t|time|times?tamp|date|date[ _/]?time|created_at|updated_at|last_changed|last_updated|epoch_?utc|utc|"
+    r"millis|micros|ms|us|msec|milliseconds|microseconds|seconds|secs|ts|"
     r"localtime|local time|epoch|unix( ?time)?|uptime|elapsed|"
     r"zeit|uhrzeit|zeitstempel|datum|heure|temps|device|board|mcu|arduino|"
     r"(device|host|pc|board|mcu|utc|sensor|arduino|log)[ _]?(time|clock|millis|ts|stamp)",
@@ -47,7 +48,7 @@ def unit_of(name: str) -> str | None:
         return UNITS.get(squeezed(bracket[1]))
     words = re.split(r"[ _./]", name.strip().lower())
     if len(words) == 1:
-        return UNITS.get(words[0]) if words[0] in CLOCKS else None
+        return UNITS.get(words[0]) if words[0] in ALONE else None
     return UNITS.get(words[-1]) or next((UNITS[word] for word in words if word in INSIDE), None)
 
 

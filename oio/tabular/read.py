@@ -1,24 +1,23 @@
 """A table read by a mapping: what is null in it is read off the file and said; what is not certain is refused with what to type."""
 
-import csv
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.tabular.clock import disorder, newest_first
+from oio.tabular.devices import only_of, refuse_devices
 from oio.tabular.guess import climate, codes, the_gas, the_time, the_unit
-from oio.tabular.layout import SAMPLE, Layout, find_layout, places, splitter
+from oio.tabular.layout import BOTH, Layout, find_layout
 from oio.tabular.mapping import TableMapping
 from oio.tabular.names import unit_of
-from oio.tabular.rows import Cells, read_cells
+from oio.tabular.rows import Cells, read_cells, sample, with_numbers
 from oio.tabular.stamps import LONGER, PER_S, find_unit, stamp, wrap_s
 from oio.tabular.table import Table, Wanted, read_table
-from oio.tabular.text import Text, decode, lines
+from oio.tabular.text import Text, decode
 from oio.tabular.thousands import refuse_open, refuse_thousands
 
 
@@ -43,7 +42,10 @@ def read_mapped(data: bytes, mapping: TableMapping, name: str) -> Read:
         np.inf if full.saturated is None else full.saturated, full.no_value or (), wrap_s(full.time_unit or ""),
         full.max_gap_s, full.session,
     )  # fmt: skip
-    cells = read_cells(source, layout, wanted.time, wanted.stamp, wanted.columns)
+    only = only_of(mapping.where)
+    if only is None:
+        refuse_devices(source, layout, (*(wanted.time or "").split(BOTH), *wanted.columns))
+    cells = read_cells(source, layout, wanted.time, wanted.stamp, wanted.columns, only)
     if mapping.decimal is None:
         refuse_marks(source, layout, full, columns, cells.values[:, 1 : 1 + len(columns)])
     if mapping.no_value is None:
@@ -85,7 +87,7 @@ def complete(mapping: TableMapping, source: Text, layout: Layout) -> tuple[Table
         found["time_unit"], reason = _time_unit(mapping, source, layout, str(found["time"]))
         if mapping.time is None or mapping.time_unit is None:
             notes.append(f"time: '{found['time']}' in {found['time_unit']}{reason}")
-    found["columns"] = mapping.columns or the_gas(source.name, layout)
+    found["columns"] = mapping.columns or the_gas(source.name, with_numbers(source, layout))
     if mapping.columns is None:
         notes.append(f"columns: {', '.join(found['columns'])}")  # type: ignore[arg-type]
     names = tuple(mapping.column_prefix + column for column in found["columns"])  # type: ignore[attr-defined]
@@ -96,19 +98,6 @@ def complete(mapping: TableMapping, source: Text, layout: Layout) -> tuple[Table
         found["climate_columns"] = climate(layout)
         notes.append(f"climate: {', '.join(found['climate_columns']) or 'none'}")  # type: ignore[arg-type]
     return dataclasses.replace(mapping, **{key: value for key, value in found.items()}), tuple(notes)  # type: ignore[arg-type]
-
-
-def sample(source: Text, layout: Layout, column: str) -> list[str]:
-    """Return the cells of a column in the first rows."""
-    split, used, cells = splitter(layout.delimiter), places(layout, column), []
-    for match in islice(lines(source.text, layout.data_at), SAMPLE):
-        try:
-            row = split(match[0])
-        except csv.Error:
-            continue
-        if len(row) >= len(layout.names) and match[0] != layout.header:
-            cells.append(" ".join(row[i] for i in used))
-    return cells
 
 
 def refuse_marks(source: Text, layout: Layout, mapping: TableMapping, columns: Sequence[str], values: Array) -> None:

@@ -4,13 +4,14 @@ import csv
 from array import array
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
 from oio.core.errors import BadInput
 from oio.core.records import Array
-from oio.tabular.layout import Layout, is_number, places, splitter, unique
+from oio.tabular.layout import SAMPLE, Layout, is_number, places, splitter, unique
 from oio.tabular.mapping import typed
 from oio.tabular.text import Text, lines
 
@@ -26,10 +27,20 @@ class Cells:
     other: Mapping[str, int]
 
 
-def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[str], float], columns: Sequence[str]) -> Cells:
-    """Read columns of all rows; `time` None: the number of the row takes its place. Raises BadInput for a column that does not exist."""
+def read_cells(
+    source: Text,
+    layout: Layout,
+    time: str | None,
+    stamp: Callable[[str], float],
+    columns: Sequence[str],
+    only: tuple[str, str] | None = None,
+) -> Cells:
+    """Read columns of all rows; `time` None: the number of the row takes its place; `only`: rows that have this value in this column.
+
+    Raises BadInput for a column that does not exist.
+    """
     stamped = _places(source.name, layout, () if time is None else (time,))
-    used = _places(source.name, layout, columns)
+    used, chosen = _places(source.name, layout, columns), _places(source.name, layout, () if only is None else only[:1])
     split, width, comma = splitter(layout.delimiter), len(layout.names), layout.decimal == ","
     values, other = array("d"), Counter[str]()
     shortest = len(source.text)  # of the last cells
@@ -43,6 +54,8 @@ def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[
             _refuse_other_header(source.name, layout, cells, number)
         if not reason and number > FEW and match.end() == len(source.text) and _is_cut(source.text, cells, shortest):
             reason = "cut at the end of the file"
+        if not reason and only is not None and cells[chosen[0]].strip(' "') != only[1]:
+            reason = "of another device"
         if reason:
             other[reason] += 1
             continue
@@ -50,6 +63,25 @@ def read_cells(source: Text, layout: Layout, time: str | None, stamp: Callable[[
         values.append(_value(" ".join([cells[i] for i in stamped]) if stamped else str(number), stamp))
         values.extend([_number(cells[i].replace(",", ".") if comma else cells[i]) for i in used])
     return Cells(np.array(values).reshape(-1, 1 + len(columns)), other)
+
+
+def sample(source: Text, layout: Layout, column: str) -> list[str]:
+    """Return the cells of a column in the first rows."""
+    split, used, cells = splitter(layout.delimiter), places(layout, column), []
+    for match in islice(lines(source.text, layout.data_at), SAMPLE):
+        try:
+            row = split(match[0])
+        except csv.Error:
+            continue
+        if len(row) >= len(layout.names) and match[0] != layout.header:
+            cells.append(" ".join(row[i] for i in used))
+    return cells
+
+
+def with_numbers(source: Text, layout: Layout) -> Layout:
+    """The layout with the names of those columns alone that hold numbers in the first rows; all, if none does."""
+    held = tuple(name for name in layout.names if any(is_number(cell.strip(' "'), layout.decimal) for cell in sample(source, layout, name)))
+    return replace(layout, names=held) if held else layout
 
 
 def _places(name: str, layout: Layout, columns: Sequence[str]) -> list[int]:

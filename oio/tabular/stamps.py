@@ -16,7 +16,8 @@ UNITS = (*PER_S, *LONGER, "iso", "iso_zoned", "row")
 DAY_FIRST = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4}|\d{2})[ T]\d{1,2}:\d{2}(:\d{2}(\.\d+)?)?( ?[AaPp][Mm])?$")
 TWO_PARTS = re.compile(r"(\d{1,2}):\d{2}$")
 NOTATIONS = {  # with what is said of them
-    "iso": "", "%Y/%m/%d %H:%M:%S": "", "%Y/%m/%d %H:%M": "", "%Y-%m-%d %I:%M:%S %p": "", "%Y-%m-%d %I:%M %p": "",
+    "iso": "", "%Y-%m-%d %H:%M:%S UTC": "", "%Y/%m/%d %H:%M:%S": "", "%Y/%m/%d %H:%M": "",
+    "%Y-%m-%d %I:%M:%S %p": "", "%Y-%m-%d %I:%M %p": "",
     "%H:%M:%S.%f": OF_DAY, "%H:%M:%S": OF_DAY, "%I:%M:%S %p": OF_DAY, "%I:%M:%S%p": OF_DAY, "%I:%M %p": OF_DAY,
     "%H:%M": OF_DAY, "%M:%S.%f": OF_HOUR, "%M:%S": OF_HOUR,
 }  # fmt: skip
@@ -83,7 +84,7 @@ def find_unit(column: str, named: str | None, cells: Sequence[str], decimal: str
             return unit, f"'{column}' counts {unit} since 1970"
     raise BadInput(
         f"the unit of the time column '{column}' is not certain: its name says none, and {numbers[0]:g}, {numbers[-1]:g} may be s or ms. "
-        f"Type recording.time_unit=s, or ms, us, ns, min, h."
+        f"Type recording.time_unit=s, or ms, us, ns, min, h, d."
     )
 
 

@@ -41,6 +41,27 @@ SETUP = oio.Setup(sensor="ndir", dof=3)
         (lambda: oio.locate(oio.Readings(T, ppm=T, element=1), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "element 1 was given"),
         (lambda: oio.locate(oio.Readings(T, raw=T + 1e6), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "upper end of the sensor"),
         (lambda: oio.NosePath(T, np.full((5, 3), 250.0)), "p_m has values up to 250, but m are wanted, 99 at most. Divide mm by 1000"),
+        (lambda: oio.locate(T, oio.NosePath(T, np.ones((5, 3))), setup=SETUP), r"readings is a ndarray, but a Readings is wanted"),
+        (lambda: oio.locate(oio.Readings(T, ppm=T), T, setup=SETUP), "poses is a ndarray, but a JointPath is wanted"),
+        (
+            lambda: oio.locate(oio.Readings(T, ppm=T), oio.NosePath(T, np.ones((5, 3))), setup="ndir"),
+            "setup is a str, but a Setup is wanted",
+        ),
+        (lambda: oio.Odometry("calibration.yaml"), "calibration is a str, but a Calibration is wanted"),
+        (lambda: oio.write_calibration(SETUP, "a.yaml"), "calibration is a Setup, but a Calibration is wanted"),
+        (lambda: oio.Setup(overrides=["dof=3"]), "overrides is a list, but a Mapping is wanted"),
+        (lambda: oio.Odometry(setup=SETUP).reading(0.0, ppm=[430, 431]), r"reading: ppm is \[430, 431\], but one number"),
+        (lambda: oio.Odometry(setup=SETUP.without_arm()).joints(0.0, [100, 50, 0]), "Divide mm by 1000"),
+        (
+            lambda: oio.locate(oio.Readings(T, ppm=T), oio.JointPath(T, np.full((5, 3), 30.0)), setup=SETUP),
+            "has 30 rad, far beyond the limits",
+        ),
+        (
+            lambda: oio.calibrate(
+                oio.Readings(T, ppm=T), oio.NosePath(T, np.ones((5, 3))), [100, 50, 0], clean_air_s=(-1, 1), beacon_s=(1, 4)
+            ),
+            "111 m from the nearest place of the nose",
+        ),
         (lambda: SETUP.part("nominl"), "'nominl' was asked for, but the configuration has nothing under this key. Give 'nominal'"),
         (lambda: SETUP.boxed([[0, 0, 0]]), r"box_m has the shape \(1, 3\), but \(2, 3\) is wanted.$"),
         (lambda: SETUP.boxed([[0, 0, 0], [1, 0, 1]]), "a size on every axis"),
@@ -96,3 +117,21 @@ def test_a_missed_or_saturated_reading_is_no_error_in_a_loop():
     odometry.joints(1.0, [0.0, -1.0, 0.6])
     assert odometry.reading(1.0, ppm=np.nan) is None and odometry.reading(1.0, raw=40_000.0) is None
     assert odometry.source() is None and odometry.nose() is None and odometry.belief is None
+
+
+def test_readings_in_a_hole_of_a_path_are_refused():
+    t_s = np.concatenate([np.arange(0.0, 20.0, 0.1), np.arange(40.0, 60.0, 0.1)])
+    path = oio.NosePath(t_s, np.column_stack([0.01 * t_s, 0 * t_s, 0 * t_s]))
+    readings = oio.Readings(np.arange(1.0, 59.0), ppm=np.full(58, 420.0))
+    with pytest.raises(oio.BadInput, match=r"a hole from 19.9 to 40 s, .* and 20 readings are in such holes"):
+        oio.locate(readings, path, setup=SETUP)
+    assert len(readings.only((readings.t_s <= 19.9) | (readings.t_s >= 40))) == 38
+
+
+def test_a_reading_beyond_the_scale_of_the_sensor_is_no_measurement():
+    odometry = oio.Odometry(setup=SETUP.without_arm())
+    for i, ppm in enumerate([420.0, 65535.0, 430.0, 440.0]):
+        odometry.joints(0.1 * i, [0.01 * i, 0.0, 0.0])
+        assert odometry.reading(0.1 * i, ppm) is None
+    assert len(odometry._filter.trace) == 3
+    assert len(oio.Readings(T, ppm=[420, 65535, 430, 440, 1e6]).records(SETUP.nose, 1.0)) == 3

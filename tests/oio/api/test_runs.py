@@ -69,7 +69,8 @@ def test_the_same_source_as_the_run(searched):
     found, of_run = oio.locate(readings, poses, searched.run.calibration, measurements=searched.maps[-1][2]), searched.run.summary
     assert np.linalg.norm(found.mean_m - of_run["calibrated"]["believed_m"]) < 0.1 * of_run["calibrated"]["sd_m"]
     assert found.sd_m == pytest.approx(of_run["calibrated"]["sd_m"], rel=0.02)
-    assert found.verdict == "PASS" and found.others == () and found.world == "as calibrated"
+    assert found.others == () and found.world == "as calibrated" and found.verdict == searched.run.calibration.verdict
+    assert all(reason.startswith("calibration: ") for reason in found.reasons)
     assert np.linalg.norm(found.mean_m - of_run["source_position_m"]) < 0.02
 
 
