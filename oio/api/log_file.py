@@ -33,19 +33,25 @@ class LogFile:
     holes_s: Array
 
 
-def read_log(path: str | Path, sigma_ppm: npt.ArrayLike | None = None, **mapping: object) -> LogFile:
+def read_log(
+    path: str | Path, sigma_ppm: npt.ArrayLike | None = None, positions: str | Path | None = None, **mapping: object
+) -> LogFile:  # fmt: skip
     """Read a text table (CSV and its kind, .gz, Parquet) or an MCAP log of any program (JSON, Protobuf, ROS 2).
 
     `mapping`: keys of conf/recording/csv.yaml, e.g. columns=["/co2.data"], unit="ppm", nose_columns=["x", "y", "z"], position_unit="mm",
     or joint_columns of the unlocked joints, base first; `python -m oio.inspect FILE` writes most of them. What is not given is read off
-    the file; the columns of positions never are. `sigma_ppm`: standard uncertainty of a reading; None: as the data sheet has it.
+    the file; the columns of positions never are. `positions`: another file that has them, stamped by the same clock.
+    `sigma_ppm`: standard uncertainty of a reading; None: as the data sheet has it.
     Raises BadInput for a file that is no table, a column that is not there, and for what is not given and not certain.
     """
     file = Path(path)
     if not file.is_file():
         raise BadInput(f"{file} is no file. Give the path of a table (.csv, .txt, .csv.gz, .parquet) or an MCAP log.")
     lists = {key: tuple(value) if isinstance(value, list) else value for key, value in mapping.items()}
-    read = read_moving(file, open_mapping(**lists))
+    beside = None if positions is None else Path(positions)
+    if beside is not None and not beside.is_file():
+        raise BadInput(f"{beside} is no file. Give the path of a table with the positions, or leave positions out.")
+    read = read_moving(file, open_mapping(**lists), beside)
     table, elements = read.gas.table, len(read.gas.mapping.columns or ())
     if not np.any(read.kept):
         raise BadInput(

@@ -65,7 +65,7 @@ class Odometry:
     ) -> Innovation | None:
         """Feed one reading of an element at t_s [s], in ppm, or raw in the unit of the sensor, and update with it.
 
-        Returns its innovation; None before the first `locate`, and at the upper end of the sensor's scale and beyond, where it measures nothing.
+        Returns its innovation; None before the first `locate`, and at or beyond the upper end of the sensor's scale: that is none.
         NaN counts as a reading that was missed. Raises BadInput for an element that the sensor has not, and for times that decrease.
         """
         if (ppm is None) == (raw is None):

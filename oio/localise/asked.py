@@ -35,6 +35,7 @@ class Asked:
     out: Path | None
     overrides: dict[str, object] = field(default_factory=dict)
     clock_u_s: float = CLOCK_U_S
+    positions: Path | None = None  # file of the positions, if it is another
 
     @property
     def calibrates(self) -> bool:
@@ -48,7 +49,7 @@ def asked(arguments: Sequence[str]) -> Asked:
     if len(files) != 1 or files[0].startswith("-"):
         raise BadInput(f"{' '.join(arguments) or 'nothing'} was given, but one log is localised in at a time. {EXAMPLE}")
     values = dict(_value(word) for word in arguments if "=" in word)
-    taken = {*MAPPING, *CHOSEN, *PLACES, *SPANS, "calibration", "out", "clock_u_s"}
+    taken = {*MAPPING, *CHOSEN, *PLACES, *SPANS, "calibration", "out", "clock_u_s", "positions"}
     made = Asked(
         Path(files[0]),
         {key: values[key] for key in MAPPING if key in values},
@@ -59,6 +60,7 @@ def asked(arguments: Sequence[str]) -> Asked:
         Path(str(values["out"])) if "out" in values else None,
         {key: value for key, value in values.items() if key not in taken},
         _number("clock_u_s", values.get("clock_u_s", CLOCK_U_S)),
+        Path(str(values["positions"])) if "positions" in values else None,
     )
     for key in made.overrides:
         near = difflib.get_close_matches(key, sorted(taken), 1, NEAR)

@@ -38,6 +38,7 @@ log says where the nose was (nose_columns), or the joints of the arm that carrie
 
 of the log:
   nose_columns=  joint_columns=  position_unit=    where the nose was: [x,y,z] in m, mm or cm; or joints, base first, in rad or deg
+  positions=FILE                                   where they are in another file, stamped by the same clock
   columns=, time=, unit=, per_ppm= ...             readings and times, where they are not read off the file: keys of
                                                    conf/recording/csv.yaml; `python -m oio.inspect LOG` writes them
 of the search:
@@ -73,7 +74,7 @@ def _run(given: Asked) -> str:
         given.out.rmdir()  # until there is something to put there: a stop leaves nothing
     console = Console(stderr=True)
     with console.status("reading the log"):
-        log = read_log(given.file, sigma_ppm=None, **given.mapping)
+        log = read_log(given.file, None, given.positions, **given.mapping)
         path = _path(log)
         kept = load_calibration(given.calibration) if given.calibration else None
         setup = kept.setup if kept else _setup(given, path)

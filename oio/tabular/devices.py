@@ -11,7 +11,7 @@ from oio.tabular.text import Text
 
 NAMES = re.compile(
     r"(sensor|device|node|channel|board|unit|entity|station|probe|mote)[ _]?(id|name|nr|no|number|serial)|"
-    r"sensor|device|node|channel|topic|tag|mac|serial|_field|_measurement",
+    r"sensor|node|channel|topic|tag|mac|serial|_field|_measurement",
     re.IGNORECASE,
 )
 MOST = 50  # devices of one table; more values than that are readings

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.tabular.file import file_bytes
-from oio.tabular.mapping import ANGLES, LENGTHS, TableMapping
+from oio.tabular.mapping import ANGLES, LENGTHS, TableMapping, open_mapping
 from oio.tabular.names import unit_of
 from oio.tabular.read import Read, read_mapped
+from oio.tabular.table import Table
 
 HOLE, HOLE_S = 10.0, 1.0  # positions are missing after so many usual steps, but not before so long [s],
 ELSEWHERE = 0.005  # if any of them has changed by this, in m or rad
@@ -35,20 +36,26 @@ class Moving:
     notes: tuple[str, ...]
 
 
-def read_moving(path: Path, mapping: TableMapping) -> Moving:
-    """Read readings and positions of a file, which need not be in the same rows of it (of an MCAP log: in the same topic).
+def read_moving(path: Path, mapping: TableMapping, positions_in: Path | None = None) -> Moving:
+    """Read readings and positions of a file, which need not be in the same rows of it (of an MCAP log: in the same topic); `positions_in`:
+    another file has the positions, by stamps of the same clock.
 
     Raises BadInput for what is no table, for columns that are not there, for a unit that is not certain.
     """
     gas = read_mapped(file_bytes(path, mapping.first_column), mapping, path.name)
     columns = mapping.nose_columns or mapping.joint_columns
+    if positions_in is not None and not columns:
+        raise BadInput(f"{positions_in} was given for positions, but not its columns. Give nose_columns=[X,Y,Z], or joint_columns=[...].")
     if not columns:
         return Moving(gas, gas.table.t_s, np.ones(len(gas.table.t_s), dtype=np.bool_), np.empty((0, 2)), None, None, gas.notes)
     scales = [_scale(column, mapping) for column in columns]
+    here = path if positions_in is None else positions_in
     known = dataclasses.replace(
-        gas.mapping, columns=tuple(columns), column_prefix="", unit="position", per_ppm=1.0, saturated=None, no_value=(), climate_columns=()
-    )
-    read = read_mapped(file_bytes(path, columns[0]), known, path.name)
+        gas.mapping if positions_in is None else open_mapping(),
+        columns=tuple(columns), column_prefix="", unit="position", per_ppm=1.0, saturated=None, no_value=(), climate_columns=(),
+    )  # fmt: skip
+    read = read_mapped(file_bytes(here, columns[0]), known, here.name)
+    _refuse_apart(path, gas.table, here, read.table)
     began_s = min(gas.table.start_s, read.table.start_s)
     gas_s, t_s = gas.table.start_s - began_s + gas.table.t_s, read.table.start_s - began_s + read.table.t_s
     positions, notes = read.table.values * scales, gas.notes
@@ -64,6 +71,16 @@ def read_moving(path: Path, mapping: TableMapping) -> Moving:
             f"rows of readings in them were left out",
         )
     return Moving(gas, gas_s[kept], kept, holes_s, t_s, positions, notes)
+
+
+def _refuse_apart(path: Path, gas: Table, here: Path, positions: Table) -> None:
+    """Refuse two clocks without a common time."""
+    (begin, end), (first, last) = ((table.start_s, table.start_s + float(table.t_s[-1])) for table in (gas, positions))
+    if first >= end or last <= begin:
+        raise BadInput(
+            f"the readings of {path.name} are stamped {begin:.6g} to {end:.6g} s, but the positions of {here.name} {first:.6g} to "
+            f"{last:.6g} s: they have no time in common. Give files that were stamped by one clock, e.g. since 1970."
+        )
 
 
 def holes(t_s: Array, positions: Array) -> Array:

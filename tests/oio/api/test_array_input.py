@@ -60,7 +60,7 @@ SETUP = oio.Setup(sensor="ndir", dof=3)
             lambda: oio.calibrate(
                 oio.Readings(T, ppm=T), oio.NosePath(T, np.ones((5, 3))), [100, 50, 0], clean_air_s=(-1, 1), beacon_s=(1, 4)
             ),
-            "111 m from the nearest place of the nose",
+            "110 m from the nearest place of the nose",
         ),
         (lambda: SETUP.part("nominl"), "'nominl' was asked for, but the configuration has nothing under this key. Give 'nominal'"),
         (lambda: SETUP.boxed([[0, 0, 0]]), r"box_m has the shape \(1, 3\), but \(2, 3\) is wanted.$"),

@@ -116,6 +116,32 @@ def test_the_answer_is_no_better_than_its_calibration(found, tmp_path):
     assert place(out)["verdict"] == "FAIL" and "calibration: it never saw gas." in place(out)["reasons"]
 
 
+def test_positions_of_another_file_are_those_of_one(walk, found):
+    """Both stamped since 1970, the positions three times a second and from three seconds before."""
+    rows = [line.split(",") for line in walk.read_text().splitlines()[1:]]
+    gas, poses = walk.with_name("gas.csv"), walk.with_name("poses.csv")
+    gas.write_text("t [s],co2 [ppm]\n" + "".join(f"{1.7e9 + float(t):.1f},{ppm}\n" for t, *_, ppm in rows))
+    t_s = np.arange(-3.0, 203.0, 0.03)
+    lines = (f"{1.7e9 + t:.2f};{x:.4f};{y:.4f};{z:.4f}\n" for t, (x, y, z) in zip(t_s, nose_m(t_s), strict=True))
+    poses.write_text("stamp [s];px [m];py [m];pz [m]\n".replace("stamp", "time") + "".join(lines))
+    spans = ("clean_air_s=[3,22.9]", "beacon_m=[0.10,0.05,0]", "beacon_s=[22.9,142.9]")
+    out = walk.with_name("apart")
+    assert main([str(gas), f"positions={poses}", "nose_columns=[px [m],py [m],pz [m]]", "sensor=ndir", *spans, f"out={out}"]) == 0
+    assert np.linalg.norm(np.array(place(out)["mean_m"]) - place(found)["mean_m"]) < 0.003
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (("positions=none.csv", "nose_columns=[x,y,z]"), "none.csv is no file"),
+    (("positions={here}",), "not its columns"),
+    (("positions={late}", NOSE), "they have no time in common"),
+])  # fmt: skip
+def test_wrong_positions_are_refused(walk, capsys, words, said):
+    late = walk.with_name("late.csv")
+    late.write_text("\n".join(["t [s],x [mm],y [mm],z [mm]", *(f"{1000 + i},1,2,3" for i in range(20))]) + "\n")
+    assert main([str(walk), "sensor=ndir", *(word.format(here=walk, late=late) for word in words)]) == 2
+    assert said in capsys.readouterr().err
+
+
 def test_two_readings_are_no_error_but_no_place_either(walk, capsys):
     assert main([str(walk), "sensor=ndir", NOSE, "search_s=[140,140.2]"]) == 3
     assert "verdict: FAIL" in capsys.readouterr().out

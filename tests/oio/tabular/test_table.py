@@ -307,3 +307,32 @@ def test_a_row_that_was_cut_by_the_end_of_the_file_is_dropped_and_counted():
     assert mapped("t [s],co2 [ppm]\n" + "\n".join([*rows, "20,4"])).table.dropped == {"cut at the end of the file": 1}
     for end in ("20,4\n", "20,411", "20,4111"):
         assert not mapped("t [s],co2 [ppm]\n" + "\n".join([*rows, end])).table.dropped
+
+
+DEVICES = [f"{i};{'AB'[i % 2]};{(400, 900)[i % 2] + i}" for i in range(60)]
+
+
+@pytest.mark.parametrize("name", ["sensor_id", "channel", "entity_id", "sensor", "device_id", "node_name"])
+def test_rows_of_several_devices_are_read_of_one(name):
+    text = f"t_s;{name};co2_ppm\n" + "\n".join(DEVICES) + "\n"
+    with pytest.raises(BadInput, match=rf"rows of 2 devices, by its column '{name}' \(A, B\).*recording.where=\"{name}=A\""):
+        mapped(text)
+    got = mapped(text, where=f"{name}=B")
+    assert got.table.values[:, 0].tolist() == [900 + i for i in range(1, 60, 2)] and got.table.dropped == {"of another device": 30}
+
+
+@pytest.mark.parametrize(("text", "where"), [
+    ("t_s;sensor;T\n" + "\n".join(f"{i};{400 + i % 9};21" for i in range(60)), None),  # readings, called so
+    ("t_s;device_id;co2_ppm\n" + "\n".join(f"{i};A;{400 + i}" for i in range(60)), None),  # one device
+    ("t_s;note;co2_ppm\n" + "\n".join(f"{i};{i % 2};{400 + i}" for i in range(60)), None),
+])  # fmt: skip
+def test_one_device_is_not_asked_for(text, where):
+    assert len(mapped(text, unit="ppm", where=where).table.t_s) == 60
+
+
+@pytest.mark.parametrize(
+    ("where", "said"), [("A", "it is a column and its value"), ("colour=A", "no column"), ("sensor_id=C", "0 usable rows")]
+)
+def test_a_device_that_is_not_there_is_refused(where, said):
+    with pytest.raises(BadInput, match=said):
+        mapped("t_s;sensor_id;co2_ppm\n" + "\n".join(DEVICES) + "\n", where=where)
