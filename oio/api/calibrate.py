@@ -48,8 +48,9 @@ def calibrate(
     when the nose left each place at which it sniffed, at least 10 of them: five measurements at a time locate the beacon again, which is
     the Type B uncertainty; None: 25 equal parts of `beacon_s`. `setup`: None is the SO-101 with five joints, or no arm for a `NosePath`,
     with the sensor `ec`. `clock_u_s` [s]: standard uncertainty of an offset between the stamps of readings and of poses, either way, for
-    which the readings at the source are searched; 0: they have one clock; None: 0.5 for a `NosePath`, and for joints what the setup says
-    (nominal.delay_u_s). Takes some seconds. Raises BadInput for what does not fit together, NotObservable for too few readings.
+    which the readings at the source are searched; 0: they have one clock; None: 0.5 for a `NosePath`, but for joints, and where the setup
+    tells a delay (nominal.delay_s, delay_u_s), what that says. Takes some seconds.
+    Raises BadInput for what does not fit together, NotObservable for too few readings.
     """
     array_input.expected("readings", readings, Readings, "oio.Readings(t_s, ppm=ppm)")
     array_input.expected("poses", poses, JointPath, "oio.NosePath(t_s, p_m)")
@@ -71,7 +72,8 @@ def calibrate(
     survey = BeaconSurvey(arm, *known, place, offsets, noise_scale)
     sensed = _sensed(setup, poses, gas)
     if clock_u_s is None:
-        clock_u_s = CLOCK_U_S if isinstance(poses, NosePath) and not nominal.delay_u_s else 0.0
+        told = nominal.delay_s or nominal.delay_u_s
+        clock_u_s = CLOCK_U_S if isinstance(poses, NosePath) and not told else 0.0
     delay = clock_offset(survey, sensed, clock_u_s) if clock_u_s > 0.0 else survey.delay(sensed)
     if delay.s < 0.0:
         poses = moved_earlier(poses, -delay.s)

@@ -23,7 +23,9 @@ from oio.results.criteria.judgement import RECALIBRATE, WARN, WORDS, Judgement, 
 from oio.results.evaluation import Evaluation, Findings, Outcome, Place, Scored
 from oio.results.verdict import judge
 
-COLD = "There was no calibration: lag, gain and noise are those of data sheets, and may be off by factors. Calibrate, see oio.calibrate."
+COLD: tuple[str, ...] = (
+    "There was no calibration: lag, gain and noise are those of data sheets, and may be off by factors. Calibrate, see oio.calibrate.",
+)
 OWN_WORDS = {  # what the reader of a log does, who has no stage and no key of a run
     re.escape(RECALIBRATE): "Calibrate in the air, and with the sensor, of these readings.",
     r"\braise stage\.navigate\.max_moves": "sniff longer",
@@ -59,7 +61,7 @@ class Location:
         source = odometry.source()
         assert source is not None
         verdict = _judged(odometry, setup)
-        before, told = WARN, tuple([COLD])
+        before, told = WARN, COLD
         if calibration is not None:
             before, told = calibration.verdict, tuple(f"{OF_CALIBRATION}{own_words(reason)}" for reason in calibration.reasons)
         word, reasons = max(verdict.word, before, key=WORDS.index), (*told, *verdict.reasons)

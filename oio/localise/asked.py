@@ -16,7 +16,7 @@ MAPPING = tuple(entry.name for entry in fields(TableMapping))  # keys of conf/re
 CHOSEN = ("sensor", "arm", "profile")  # of conf/
 PLACES = ("beacon_m", "box_m")
 NAMES = ("columns", "climate_columns", "nose_columns", "joint_columns")  # lists of columns, in whose names anything may stand
-CLOCK_U_S, MOST_S = 0.5, 10.0  # standard uncertainty of the offset between the stamps of gas and positions: assumption; and at most [s]
+MOST_S = 10.0  # of the standard uncertainty of the offset between the stamps of gas and positions
 NEAR = 0.8  # least similarity (difflib's ratio) of a mistyped key
 SPANS = ("clean_air_s", "beacon_s", "search_s")
 
@@ -34,7 +34,7 @@ class Asked:
     calibration: Path | None
     out: Path | None
     overrides: dict[str, object] = field(default_factory=dict)
-    clock_u_s: float = CLOCK_U_S
+    clock_u_s: float | None = None
     positions: Path | None = None  # file of the positions, if it is another
 
     @property
@@ -59,7 +59,7 @@ def asked(arguments: Sequence[str]) -> Asked:
         Path(str(values["calibration"])) if "calibration" in values else None,
         Path(str(values["out"])) if "out" in values else None,
         {key: value for key, value in values.items() if key not in taken},
-        _number("clock_u_s", values.get("clock_u_s", CLOCK_U_S)),
+        _number("clock_u_s", values["clock_u_s"]) if "clock_u_s" in values else None,
         Path(str(values["positions"])) if "positions" in values else None,
     )
     for key in made.overrides:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from oio.api.calibrate import calibrate
+from oio.api.calibrate import CLOCK_U_S, calibrate
 from oio.api.calibration import Calibration
 from oio.api.calibration_file import load_calibration
 from oio.api.location import locate
@@ -139,7 +139,9 @@ def _known(log: LogFile, path: JointPath, setup: Setup) -> Readings:
 def _calibrated(given: Asked, setup: Setup, readings: Readings, path: JointPath) -> Calibration:
     """The calibration by the log itself."""
     clean, lit = given.spans["clean_air_s"], given.spans["beacon_s"]
-    return calibrate(readings, path, given.places["beacon_m"], clean_air_s=clean, beacon_s=lit, setup=setup, clock_u_s=given.clock_u_s)
+    told = any(key.startswith("nominal.delay") for key in given.overrides)
+    clock_u_s = given.clock_u_s if given.clock_u_s is not None or told else CLOCK_U_S
+    return calibrate(readings, path, given.places["beacon_m"], clean_air_s=clean, beacon_s=lit, setup=setup, clock_u_s=clock_u_s)
 
 
 def _searched(given: Asked, readings: Readings) -> Readings | None:

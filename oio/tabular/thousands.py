@@ -60,9 +60,7 @@ def _refuse_all_grouped(source: Text, layout: Layout, column: str) -> None:
             return
         marked = cell if GROUPED.match(cell) else marked
     mark = "," if "," in marked else "."
-    split = splitter(layout.delimiter)
-    rows = (split(match[0]) for match in islice(lines(source.text, layout.data_at), SAMPLE))
-    others = (cell.strip() for row in rows for cell in row if mark in cell)
+    others = (cell for column in layout.names for cell in islice(_cells(source, layout, column), SAMPLE) if mark in cell)
     if marked and not any(is_number(cell, mark) and not GROUPED.match(cell) for cell in others):
         raise BadInput(
             f"{source.name} has values such as {marked} in '{column}', all with three digits behind the mark, and it is not certain "

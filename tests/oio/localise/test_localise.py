@@ -105,6 +105,9 @@ def test_clocks_that_are_apart_are_found_and_reckoned_with(walk, capsys, late_s,
             oio.Odometry(oio.load_calibration(out / "calibration.yaml"))
         assert main([str(path), NOSE, f"calibration={out / 'calibration.yaml'}", "search_s=[139.9,199]"]) == 0
     assert main([str(path), *BY_ITSELF, "clock_u_s=-1"]) == 2
+    if what == "readings":
+        assert main([str(path), *BY_ITSELF, "nominal.delay_s=0.4"]) == 0  # told, and not looked for
+        assert "clock: readings are stamped 0.40 s late" in capsys.readouterr().out
 
 
 def test_the_answer_is_no_better_than_its_calibration(found, tmp_path):
