@@ -26,7 +26,10 @@ def identified(capsys):
 
     def identify(*words):
         GlobalHydra.instance().clear()
-        code = main([str(word) for word in words])
+        try:
+            code = main([str(word) for word in words])
+        except SystemExit as ended:  # of an option that is none: the parser ends, as argparse's does
+            code = ended.code
         said = capsys.readouterr()
         return code, said.out, said.err
 

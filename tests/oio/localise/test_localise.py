@@ -110,6 +110,20 @@ def test_clocks_that_are_apart_are_found_and_reckoned_with(walk, capsys, late_s,
         assert "clock: readings are stamped 0.40 s late" in capsys.readouterr().out
 
 
+def test_clocks_further_apart_than_is_looked_for_are_named(walk, capsys):
+    """Two seconds, the end of the search taken for the offset, put the source 60 mm off, told to 9."""
+    rows = [line.split(",") for line in walk.read_text().splitlines()]
+    for row in rows[1:]:
+        x, y, z = 1e3 * nose_m(np.array([float(row[0]) + 2.0]))[0]
+        row[1:4] = [f"{x:.1f}", f"{y:.1f}", f"{z:.1f}"]
+    path = walk.with_name("far.csv")
+    path.write_text("\n".join(map(",".join, rows)) + "\n")
+    assert main([str(path), *BY_ITSELF]) == 2
+    assert "readings seem to be stamped 1.5 s or more later than the poses" in capsys.readouterr().err
+    assert main([str(path), *BY_ITSELF, "clock_u_s=1"]) == 0
+    assert re.search(r"clock: readings are stamped (1\.9|2\.0)\d* s late", capsys.readouterr().out)
+
+
 def test_the_answer_is_no_better_than_its_calibration(found, tmp_path):
     text = (found / "calibration.yaml").read_text()
     kept = tmp_path / "kept.yaml"
