@@ -2,9 +2,9 @@
 
 import sys
 
-from rich.console import Console
 from rich.table import Table
 
+from oio.cli import terminal
 from oio.compare.comparison import Comparison, Row
 from oio.compare.verdict import verdict
 
@@ -15,7 +15,7 @@ LEGEND = "* as rare as 3 sd. (In brackets: it follows from the others, or is the
 def show(found: Comparison, by_section: bool) -> None:
     """Print the table, the largest difference that may decide first or in the order of the file, then chi-square and verdict."""
     several = len(found.names) > 2
-    console = Console(width=WIDTH + VALUE_WIDTH * max(len(found.names) - 3, 0), highlight=False, markup=False, file=sys.stdout)
+    console = terminal.console(width=WIDTH + VALUE_WIDTH * max(len(found.names) - 3, 0), highlight=False, markup=False, file=sys.stdout)
     for letter, name in zip(letters(found), found.names, strict=True):
         console.print(f"{letter}: {name}", soft_wrap=True)
     console.print(_table(found, by_section, several))

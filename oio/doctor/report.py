@@ -4,8 +4,7 @@ import dataclasses
 import json
 from collections.abc import Sequence
 
-from rich.console import Console
-
+from oio.cli import terminal
 from oio.doctor.finding import FAIL, PASS, WARN, Finding
 
 SCHEMA = "oio.doctor/1"
@@ -14,7 +13,7 @@ COLOURS = {PASS: "green", WARN: "yellow", FAIL: "red"}
 
 def show(finding: Finding) -> None:
     """Print one finding, and below it what to do."""
-    console = Console(soft_wrap=True, highlight=False)
+    console = terminal.console(soft_wrap=True, highlight=False)
     console.print(f"[bold {COLOURS[finding.word]}]{finding.word}[/]", end="  ")
     console.print(f"{finding.name}: {finding.found}", markup=False)
     if finding.action:

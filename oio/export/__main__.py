@@ -12,9 +12,9 @@ from oio.core.standard_output import ended
 
 startup.handle_signals(__name__)
 
-from rich.console import Console
 from rich.progress import Progress
 
+from oio.cli import terminal
 from oio.cli.exit_codes import run_command
 from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
@@ -81,7 +81,7 @@ def _export(log: Path, to: str, out: Path | None) -> None:
 
 def _watched(samples: Iterator[WorldSample], end_ns: int) -> Iterator[WorldSample]:
     """The samples of a log, with a progress bar in a terminal."""
-    console = Console(stderr=True)
+    console = terminal.console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("reading", total=end_ns)
         for i, sample in enumerate(samples):

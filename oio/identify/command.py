@@ -5,8 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
+from oio.cli import terminal
 from oio.cli.exit_codes import run_command
 from oio.core.arguments import CommandParser
 from oio.core.errors import BadInput
@@ -42,10 +41,10 @@ def _run(arguments: list[str]) -> None:
     paths = [Path(word) for word in given.what if "=" not in word]
     if len(paths) > 1 or (paths and any(word.startswith("recording=") for word in words)):
         raise BadInput(f"{' '.join(given.what)} was given, but one run or one recording is identified at a time. Type one of them.")
-    with Console(stderr=True).status("reading"):
+    with terminal.console(stderr=True).status("reading"):
         record = read_logged_run(paths[0], given.stage) if paths else read_recording(words)
         record = record.only(given.element) if given.element else record
-    with Console(stderr=True).status("identifying"):
+    with terminal.console(stderr=True).status("identifying"):
         rows = _rows(record, words, given)
     if given.out is not None:
         save(record, rows, given.out)

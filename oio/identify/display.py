@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from oio.cli import terminal
 from oio.core.errors import BadInput
 from oio.identify.record import Record
 from oio.identify.row import Row
@@ -20,7 +20,7 @@ SCHEMA = "oio.identify/1"
 
 def show(record: Record, rows: Sequence[Row]) -> None:
     """Print the rows, then each sentence once with the elements that it holds for."""
-    console = Console(width=WIDTH)
+    console = terminal.console(width=WIDTH)
     console.print(record.about, markup=False, highlight=False)
     table = Table(header_style="bold")
     for head in ("element", "quantity", "value", "95 % interval", "unit"):

@@ -5,6 +5,7 @@ import textwrap
 from rich.console import Console
 from rich.table import Table as Grid
 
+from oio.cli import terminal
 from oio.inspect.clocks import Clock
 from oio.inspect.survey import Survey
 from oio.tabular.layout import WORDS
@@ -15,7 +16,7 @@ INDENT = " " * 11
 
 def show(found: Survey) -> None:
     """Print layout, rows, clocks, columns and what is not certain."""
-    console = Console(width=WIDTH, highlight=False, markup=False)
+    console = terminal.console(width=WIDTH, highlight=False, markup=False)
     for head, text in [*_layout(found), *(("clock", _clock(clock)) for clock in found.clocks), *_rest(found)]:
         _print(console, head, text)
     console.print(_columns(found))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 from oio.api.calibrate import CLOCK_U_S, calibrate
 from oio.api.calibration import Calibration
@@ -15,6 +14,7 @@ from oio.api.location import locate
 from oio.api.log_file import LogFile, read_log
 from oio.api.samples import JointPath, NosePath, Readings
 from oio.api.setup import Setup
+from oio.cli import terminal
 from oio.cli.exit_codes import VERDICT_FAILED, run_command
 from oio.cli.first_compile import first_compile
 from oio.core.errors import BadInput
@@ -72,7 +72,7 @@ def _run(given: Asked) -> str:
     if given.out:
         _make(given.out)
         given.out.rmdir()  # until there is something to put there: a stop leaves nothing
-    console = Console(stderr=True)
+    console = terminal.console(stderr=True)
     with console.status("reading the log"):
         log = read_log(given.file, None, given.positions, **given.mapping)
         path = _path(log)

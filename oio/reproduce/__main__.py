@@ -15,6 +15,7 @@ startup.handle_signals(__name__)
 
 from rich.console import Console
 
+from oio.cli import terminal
 from oio.cli.execute import execute
 from oio.cli.exit_codes import run_command
 from oio.cli.plugins import FOLDER, absolute, plugin_packages
@@ -54,7 +55,7 @@ def _reproduce(given: argparse.Namespace) -> bool:
     out = given.out or _unused(made)
     with interrupt.listening():
         execute(experiment, out)
-    console = Console(soft_wrap=True, highlight=False)
+    console = terminal.console(soft_wrap=True, highlight=False)
     console.print(f"{'run again' if made.simulated else 'replayed'}: {out}", markup=False)
     _name(console, "configuration", keys)
     _name(console, "version", differing(made.versions, original(out).versions))

@@ -25,6 +25,17 @@ def test_nobody_reads(module, word, unbuffered):
     assert done.returncode in DONE and done.stderr == b""
 
 
+def test_nobody_reads_a_table(tmp_path):
+    """Rich would end with 1."""
+    (tmp_path / "my.csv").write_text("t [s],co2 [ppm]\n" + "".join(f"{t},{400 + t % 3}\n" for t in range(20)))
+    read, write = os.pipe()
+    os.close(read)
+    line = [sys.executable, "-m", "oio.inspect", str(tmp_path / "my.csv")]
+    done = subprocess.run(line, cwd=ROOT, stdout=write, stderr=subprocess.PIPE, check=False)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
 def test_a_device_that_is_full():
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         line = [sys.executable, "-m", "oio.run", "--version"]
