@@ -44,10 +44,11 @@ def _layout(found: Survey) -> list[tuple[str, str]]:
     delimiter = WORDS.get(layout.delimiter, f"'{layout.delimiter}'")
     mark = "comma" if layout.decimal == "," else "point"
     header = "no header" if not layout.header else f"header behind {layout.preamble} other lines" if layout.preamble else "header in line 1"
+    form = f"{found.source.form}, " if found.source.form else ""
     others = ", ".join(f"{count} {reason}" for reason, count in found.other.items())
     return [
         ("file", f"{found.source.name}, {len(found.source.text)} characters"),
-        ("text", f"{found.source.encoding}, lines end in {found.source.line_ends}, delimiter {delimiter}, decimal {mark}, {header}"),
+        ("text", f"{form}{found.source.encoding}, lines end in {found.source.line_ends}, delimiter {delimiter}, decimal {mark}, {header}"),
         ("rows", f"{total}, of {len(layout.names)} cells" + (f"; {others}" if others else "; none is short, long or repeated")),
     ]
 

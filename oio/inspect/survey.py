@@ -20,6 +20,7 @@ from oio.tabular.names import role_of, unit_of
 from oio.tabular.read import refuse_marks
 from oio.tabular.rows import read_cells, sample, with_numbers
 from oio.tabular.stamps import find_unit, stamp
+from oio.tabular.table_text import as_table
 from oio.tabular.text import Text, decode
 
 
@@ -40,7 +41,7 @@ class Survey:
 
 def survey(data: bytes, given: TableMapping, name: str) -> Survey:
     """Survey a file's bytes; raises BadInput for what is no table."""
-    source = decode(data, given.encoding, name)
+    source = as_table(decode(data, given.encoding, name), given.delimiter)
     layout = find_layout(source, given.delimiter, given.decimal, given.time)
     clocks, stamps = _clocks(source, layout, given)
     timed = {name for column in stamps for name in (column, *column.split(BOTH))}

@@ -17,6 +17,7 @@ from oio.tabular.names import unit_of
 from oio.tabular.rows import Cells, read_cells, sample, with_numbers
 from oio.tabular.stamps import LONGER, PER_S, find_unit, stamp, wrap_s
 from oio.tabular.table import Table, Wanted, read_table
+from oio.tabular.table_text import as_table
 from oio.tabular.text import Text, decode
 from oio.tabular.thousands import refuse_open, refuse_thousands
 
@@ -32,7 +33,7 @@ class Read:
 
 def read_mapped(data: bytes, mapping: TableMapping, name: str) -> Read:
     """Read a file's bytes by a mapping. Raises BadInput for what is no table, and for what is null in the mapping and not certain."""
-    source = decode(data, mapping.encoding, name)
+    source = as_table(decode(data, mapping.encoding, name), mapping.delimiter)
     numbered = mapping.time_unit == "row"
     layout = find_layout(source, mapping.delimiter, mapping.decimal, _in_header(mapping))
     full, notes = complete(mapping, source, layout)
@@ -79,6 +80,8 @@ def complete(mapping: TableMapping, source: Text, layout: Layout) -> tuple[Table
     """Return the mapping without what is null, and what was found, as sentences. Raises BadInput where that is not certain."""
     notes = []
     found: dict[str, object] = {"encoding": source.encoding, "delimiter": layout.delimiter, "decimal": layout.decimal}
+    if source.form:
+        notes.append(f"lines: {source.form}")
     words = [f"{key} {value!r}" for key, value in found.items() if getattr(mapping, key) is None]
     if words:
         notes.append("layout: " + ", ".join(words))

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from itertools import pairwise
 
 from oio.core.errors import BadInput
@@ -22,6 +22,7 @@ NOTATIONS = {  # with what is said of them
     "%H:%M": OF_DAY, "%M:%S.%f": OF_HOUR, "%M:%S": OF_HOUR,
 }  # fmt: skip
 UNIX_S = (1.2e9, 2.5e9)  # years 2008 to 2049
+SHEET_EPOCH, SHEET_D = date(1899, 12, 30).toordinal(), (36526.0, 54789.0)  # days of a spreadsheet: years 2000 to 2049
 SHORT_S = {"s": 90.0, "ms": 900.0, "us": 900.0, "ns": 900.0}  # with longer steps it may as well be the uptime of a board, in a finer unit
 
 
@@ -82,6 +83,12 @@ def find_unit(column: str, named: str | None, cells: Sequence[str], decimal: str
     for unit, per_s in PER_S.items():
         if UNIX_S[0] < middle / per_s < UNIX_S[1] and steps and steps[len(steps) // 2] / per_s <= SHORT_S[unit]:
             return unit, f"'{column}' counts {unit} since 1970"
+    if SHEET_D[0] < middle < SHEET_D[1] and steps and steps[len(steps) // 2] < 1.0:
+        day = date.fromordinal(SHEET_EPOCH + int(middle))
+        raise BadInput(
+            f"the unit of the time column '{column}' is not certain: its name says none, and {middle:.6g} is {day}, if it counts days as "
+            f"spreadsheets do. Type recording.time_unit=d if so, else s, ms, us, ns, min or h."
+        )
     raise BadInput(
         f"the unit of the time column '{column}' is not certain: its name says none, and {numbers[0]:g}, {numbers[-1]:g} may be s or ms. "
         f"Type recording.time_unit=s, or ms, us, ns, min, h, d."

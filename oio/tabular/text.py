@@ -26,6 +26,8 @@ class Text:
     name: str  # of the file, for messages
     text: str
     encoding: str
+    form: str = ""  # in which it says what a table says, where it was none (`oio.tabular.table_text`)
+    delimiter: str | None = None  # of the table, where it is certain
 
     @property
     def line_ends(self) -> str:
