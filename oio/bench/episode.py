@@ -118,12 +118,15 @@ kept = functools.lru_cache(maxsize=KEPT)(made)
 
 
 def checked_benches(seeds: Sequence[int] | None) -> tuple[int, ...] | None:
-    """The seeds of the benches that are kept, or None for a new one in every episode. Raises BadInput for an empty list."""
+    """The seeds of the benches that are kept, or None for a new one in every episode. Raises BadInput for what is no list of seeds."""
     if seeds is None:
         return None
-    if not seeds:
+    listed = isinstance(seeds, Sequence | np.ndarray) and not isinstance(seeds, str)
+    if not listed or any(isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0 for seed in seeds):
+        raise BadInput(f"bench_seeds is {seeds!r}, but it is a list of whole numbers from 0 on, or None. Type bench_seeds=(0, 1, 2, 3).")
+    if not len(seeds):
         raise BadInput("bench_seeds is empty, but an episode needs a bench. Give a seed, or None for a new bench in every episode.")
-    return tuple(seeds)
+    return tuple(int(seed) for seed in seeds)
 
 
 def begun(words: tuple[str, ...], bench_seeds: Sequence[int] | None, number: int, until: str) -> tuple[Bench, Episode]:

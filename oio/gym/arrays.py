@@ -7,6 +7,7 @@ from typing import cast
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
 from oio.core.errors import BadInput
@@ -33,9 +34,18 @@ def finite_number(name: str, value: float) -> float:
     return float(value)
 
 
+def refuse_ended(over: bool) -> None:
+    """Raise ResetNeeded if an episode is over, or has not begun."""
+    if over:
+        raise ResetNeeded("the episode is over, or has not begun: call env.reset() before env.step().")
+
+
 def checked_action(action: ArrayLike) -> Array:
     """An action (3,), clipped to [-1, 1]. Raises BadInput for another shape, and for what is no finite number."""
-    given = np.asarray(action, dtype=np.float64)
+    try:
+        given = np.asarray(action, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise BadInput(f"step was given the action {action!r:.80}, but three finite numbers from -1 to 1 are wanted.") from None
     if given.shape != (3,) or not np.all(np.isfinite(given)):
         raise BadInput(f"step was given the action {np.round(given, 3).tolist()}, but three finite numbers from -1 to 1 are wanted.")
     return np.clip(given, -1.0, 1.0)

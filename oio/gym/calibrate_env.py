@@ -12,7 +12,7 @@ from oio.bench.episode import begun, checked_benches, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, seconds
-from oio.gym.arrays import Floats, as_floats, checked_action, finite_number, space_of
+from oio.gym.arrays import Floats, as_floats, checked_action, finite_number, refuse_ended, space_of
 from oio.gym.beacon_poses import beacon_target_m, pose_near
 from oio.gym.beacon_survey import BeaconStage, Survey, shapes
 from oio.results.calibration import BaselineResult
@@ -50,6 +50,7 @@ class CalibrateEnv(gymnasium.Env[dict[str, Floats], Floats]):
         self._second_cost, self._max_moves = finite_number("second_cost", second_cost), max_moves
         self._bench_seeds = checked_benches(bench_seeds)
         self.observation_space = space_of(shapes(dof))
+        self._over = True  # or not begun
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats], dict[str, Any]]:
@@ -63,10 +64,12 @@ class CalibrateEnv(gymnasium.Env[dict[str, Floats], Floats]):
         self._survey, self._began_ns = Survey(self._stage, base), base.began_ns
         with self._episode.attended():
             self._episode.guarded.present("beacon")
+        self._over = False
         return self._observation(), self._info()
 
     def step(self, action: ArrayLike) -> Outcome:
         """Measure at the pose of an action (3,), and fit everything measured so far."""
+        refuse_ended(self._over)
         wanted, before, began_s, failure = checked_action(action), self._survey.known_nats, self._spent_s(), ""
         with self._episode.attended():
             try:
@@ -76,6 +79,7 @@ class CalibrateEnv(gymnasium.Env[dict[str, Floats], Floats]):
         gain = self._survey.known_nats - before - self._second_cost * (self._spent_s() - began_s)
         spent = self._spent_s() >= self._stage.budget_s
         over = bool(failure) or len(self._survey.poses) >= self._max_moves
+        self._over = over or spent
         return self._observation(), gain, spent, over and not spent, self._info() | ({"failure": failure} if failure else {})
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from oio.bench.episode import Episode, begun, checked_benches, words_of, world_seed
 from oio.core.errors import BadInput, OioError
 from oio.core.records import Array
-from oio.gym.arrays import Floats, as_floats, checked_action, finite_number, space_of
+from oio.gym.arrays import Floats, as_floats, checked_action, finite_number, refuse_ended, space_of
 from oio.gym.search_reward import worth_of
 from oio.results.calibration import Calibration
 from oio.search.closed_loop import ClosedLoop
@@ -60,6 +60,7 @@ class SearchEnv(gymnasium.Env[dict[str, Floats], Floats]):
         self._second_cost, self._declared = finite_number("second_cost", second_cost), finite_number("declared", declared)
         self._bench_seeds = checked_benches(bench_seeds)
         self.observation_space = space_of(shapes(dof))
+        self._over = True  # or not begun
         self.action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats], dict[str, Any]]:
@@ -73,10 +74,12 @@ class SearchEnv(gymnasium.Env[dict[str, Floats], Floats]):
         with self._episode.attended():
             self._loop = ClosedLoop(settings, self._episode.context, calibration.chosen, calibration.baselines)
             self._advance()
+        self._over = False
         return self._observation(), self._info()
 
     def step(self, action: ArrayLike) -> Outcome:
         """Make the move of an action (3,), and those that the search itself asks for."""
+        refuse_ended(self._over)
         wanted, before, began_s, failure = checked_action(action), self._value(), self._loop.spent_s, ""
         with self._episode.attended():
             try:
@@ -88,6 +91,7 @@ class SearchEnv(gymnasium.Env[dict[str, Floats], Floats]):
         gain = self._value() - before - self._second_cost * (self._loop.spent_s - began_s)
         declared = self._loop.declared
         over = bool(failure) or self._loop.over
+        self._over = over or declared
         info = self._info() | ({"failure": failure} if failure else {})
         return self._observation(), gain + self._bonus(), declared, over and not declared, info
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
 from oio.core.errors import BadInput
@@ -50,6 +51,16 @@ def test_the_nose_keeps_off_the_beacon(calibrating):
         moved = np.linalg.norm(there - here) > 1e-9
         assert not moved or stage.arm.clearance_m(here, there, np.array(stage.beacon.position)) >= stage.beacon.approach_m
         here = there
+
+
+def test_there_is_no_step_before_an_episode_nor_after_it(calibrating):
+    env = calibrating(max_moves=1).unwrapped
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(3))
+    env.reset(seed=0)
+    assert env.step(np.zeros(3))[3]
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(3))
 
 
 def test_what_is_wrong_is_refused(calibrating):

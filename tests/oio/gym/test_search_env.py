@@ -5,6 +5,7 @@ from dataclasses import replace
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
@@ -153,6 +154,9 @@ def test_vectors_of_environments_agree(searching):
         ({"frame": "arm"}, "frame is 'arm', but it can be box or source"),
         ({"reward": "money"}, "reward is 'money', but it can be information or log_score"),
         ({"bench_seeds": ()}, "bench_seeds is empty"),
+        ({"bench_seeds": 3}, "bench_seeds is 3, but it is a list"),
+        ({"bench_seeds": (1.5,)}, "bench_seeds is .1.5,., but it is a list"),
+        ({"bench_seeds": "0123"}, "bench_seeds is '0123', but it is a list"),
         ({"sensor": "nose"}, "nose"),
         ({"overrides": {"seed": 3}}, "overrides has seed"),
         ({"overrides": {"stop.sd_m": 10}}, "stop.sd_m is 10"),
@@ -165,11 +169,23 @@ def test_what_is_wrong_is_refused_as_it_is_made(searching, words, told):
         searching(**words)
 
 
+def test_there_is_no_step_before_an_episode_nor_after_it(searching):
+    env = searching(overrides={"stage.navigate.max_moves": 6}).unwrapped
+    for _ in range(2):
+        with pytest.raises(ResetNeeded, match=r"call env\.reset"):
+            env.step(np.zeros(3))
+        env.reset(seed=0)
+        while not any(env.step(np.zeros(3))[2:4]):
+            pass
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(3))
+
+
 def test_wrong_actions_and_options_are_refused(searching):
     env = searching().unwrapped
     with pytest.raises(BadInput, match="world_seed alone"):
         env.reset(options={"place": 1})
     env.reset(seed=0)
-    for action in (np.zeros(2), np.full(3, np.nan)):
+    for action in (np.zeros(2), np.full(3, np.nan), "left", [None, {}, 1]):
         with pytest.raises(BadInput, match="three finite numbers"):
             env.step(action)
