@@ -32,6 +32,11 @@ OWN_WORDS = {  # what the reader of a log does, who has no stage and no key of a
     r"\bRaise stage\.navigate\.max_moves": "Sniff longer",
     r" \(stage\.[\w.]+\)": "",
 }
+BY_HAND = {  # what can be done with a nose that has no joints
+    r"Use more joints \(dof\), or tell": "Sniff all around it, and near, or tell",
+    r" with dof=\d+": "",
+    r", or use more joints": "",
+}
 BEYOND_RAD = 0.5  # joints of a log may be beyond the model's limits by an error of their zeros
 OF_CALIBRATION = "calibration: "  # before what the calibration says of itself
 NOT_JUDGED = ("declared",)  # criteria of a search that goes on by itself
@@ -146,16 +151,17 @@ def _judged(odometry: Odometry, setup: Setup) -> Verdict:
     )
     criteria = setup.part("verdict")
     kept = {name: criterion for name, criterion in criteria.criteria.items() if name not in NOT_JUDGED}
-    return Verdict(tuple(_in_own_words(j) for j in judge({Evaluation: judged}, replace(criteria, criteria=kept)).judgements))
+    by_hand = setup.arm == "gantry"
+    return Verdict(tuple(_in_own_words(j, by_hand) for j in judge({Evaluation: judged}, replace(criteria, criteria=kept)).judgements))
 
 
-def _in_own_words(judgement: Judgement) -> Judgement:
-    return replace(judgement, found=own_words(judgement.found), action=own_words(judgement.action))
+def _in_own_words(judgement: Judgement, by_hand: bool) -> Judgement:
+    return replace(judgement, found=own_words(judgement.found, by_hand), action=own_words(judgement.action, by_hand))
 
 
-def own_words(text: str) -> str:
-    """Advice without the keys of a run."""
-    for words, own in OWN_WORDS.items():
+def own_words(text: str, by_hand: bool = False) -> str:
+    """Advice without the keys of a run; `by_hand`: to somebody whose nose has no joints."""
+    for words, own in {**OWN_WORDS, **(BY_HAND if by_hand else {})}.items():
         text = re.sub(words, own, text)
     return text
 

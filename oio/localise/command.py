@@ -104,11 +104,11 @@ def _make(out: Path) -> None:
 
 
 def _save(given: Asked, found: Found, out: Path) -> None:
-    """Write all results, or none: of those of a full disk nothing is left that would be in the way of the next try."""
+    """Write all results, or none: a full disk or a stop leaves nothing that would be in the way of the next try."""
     _make(out)
     try:
         save(given, found, out)
-    except OSError:
+    except (OSError, KeyboardInterrupt):
         shutil.rmtree(out, ignore_errors=True)
         raise
 

@@ -48,13 +48,13 @@ def read_moving(path: Path, mapping: TableMapping, positions_in: Path | None = N
         raise BadInput(f"{positions_in} was given for positions, but not its columns. Give nose_columns=[X,Y,Z], or joint_columns=[...].")
     if not columns:
         return Moving(gas, gas.table.t_s, np.ones(len(gas.table.t_s), dtype=np.bool_), np.empty((0, 2)), None, None, gas.notes)
-    scales = [_scale(column, mapping) for column in columns]
     here = path if positions_in is None else positions_in
     known = dataclasses.replace(
         gas.mapping if positions_in is None else open_mapping(),
         columns=tuple(columns), column_prefix="", unit="position", per_ppm=1.0, saturated=None, no_value=(), climate_columns=(),
     )  # fmt: skip
     read = read_mapped(file_bytes(here, columns[0]), known, here.name)
+    scales = [_scale(column, mapping) for column in columns]
     _refuse_apart(path, gas.table, here, read.table)
     began_s = min(gas.table.start_s, read.table.start_s)
     gas_s, t_s = gas.table.start_s - began_s + gas.table.t_s, read.table.start_s - began_s + read.table.t_s

@@ -27,3 +27,10 @@ def test_there_is_advice_with_keys():
 def test_no_key_of_a_run_is_left(text):
     said = own_words(text)
     assert not any(key in said for key in KEYS) and "()" not in said and "  " not in said.strip()
+
+
+def test_a_nose_without_joints_is_not_told_to_use_more():
+    advice = next(text for text in SAID if text.startswith("Use more joints (dof)"))
+    assert own_words(advice) == advice and own_words(advice, by_hand=True).startswith("Sniff all around it")
+    alone = "height cannot be found with dof=3: sniff nearer, and at more distances (stage.navigate.max_moves)."
+    assert own_words(alone, by_hand=True) == "height cannot be found: sniff nearer, and at more distances."
