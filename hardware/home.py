@@ -8,12 +8,13 @@ printed: compare it with a ruler, because a joint whose LOW and HIGH were swappe
 
   driver=feetech     or dynamixel
   port=              a path, or usb:VENDOR:PRODUCT[:SERIAL]
-  arm=so101          whose MJCF has the limits
+  arm=so101          whose MJCF has the limits; one of your own is FOLDER/arm/NAME.yaml of --config-dir FOLDER
   repeats=2          sweeps per joint; their spread enters the uncertainty
   out=homing.json    the file; then type arm.homing=homing.json
 """
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from oio.core import startup
@@ -30,6 +31,7 @@ from hardware.drivers.servos.homing_procedure import run_procedure
 from hardware.transport.discovery import resolve_port
 from hardware.transport.port import NoAnswer, Unplugged, Wire, open_port
 from oio.cli import terminal
+from oio.cli.plugins import own_places, search_path
 from oio.cli.tool_args import key_values, run_tool, whole_number
 from oio.core.errors import BadInput, OioError
 from oio.core.folders import CONF
@@ -41,14 +43,15 @@ KEYS = {"driver": "feetech", "port": "", "arm": "so101", "repeats": "2", "out": 
 
 def main(arguments: list[str]) -> None:
     """Guide a user through the homing procedure."""
-    given, plain = key_values(arguments, KEYS, "python -m hardware.home")
+    words, places = own_places(arguments)
+    given, plain = key_values(words, KEYS, "python -m hardware.home")
     if plain:
         raise BadInput(f"{plain[0]} was given, but only KEY=VALUE is taken: {', '.join(KEYS)}. Type e.g. port=/dev/ttyUSB0.")
     if given["driver"] not in BUSES:
         raise BadInput(f"driver={given['driver']} was given, but it can be {', '.join(BUSES)}. Type driver=feetech.")
     if not given["port"]:
         raise BadInput("no port was given. Type port=/dev/ttyUSB0; `python -m hardware.ports` finds it.")
-    arm, repeats, bus = described(given["arm"]), whole_number("repeats", given["repeats"], 1, 10), BUSES[given["driver"]]()
+    arm, repeats, bus = described(given["arm"], places), whole_number("repeats", given["repeats"], 1, 10), BUSES[given["driver"]]()
     wire = _open_wire(given["port"], bus)
     try:
         run_procedure(terminal.console(soft_wrap=True), bus, wire, arm, repeats, Path(given["out"]).expanduser())
@@ -60,13 +63,10 @@ def main(arguments: list[str]) -> None:
         wire.close()
 
 
-def described(name: str) -> Arm:
-    """Load the whole arm of conf/arm. Raises BadInput."""
-    if not (CONF / "arm" / f"{name}.yaml").is_file():
-        available = ", ".join(sorted(path.stem for path in (CONF / "arm").glob("*.yaml")))
-        raise BadInput(f"arm={name} was given, but it can be {available}. Type arm=so101.")
+def described(name: str, places: Sequence[str]) -> Arm:
+    """Load the whole arm of conf/arm, or of another of the places. Raises what Hydra raises for one that does not exist."""
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
-        cfg = hydra.compose("config", [f"arm={name}", "dof=1"])
+        cfg = hydra.compose("config", [f"arm={name}", "dof=1", *search_path(places)])
     return whole_arm(instantiate(cfg.arm))
 
 

@@ -4,8 +4,9 @@ The words are those of the run: arm, dof and backend.arm; for instance
 
   python -m hardware.joints arm=ur5e dof=6 backend.arm.driver=python backend.arm.port=my_ur:Arm
 
-It is connected, read for three seconds as fast as a run would, and let go; it is led nowhere. Compare the angles with what its own panel
-says, and the place of the nose with a ruler. (LeRobot's own connecting lets go of the joints for a moment, and holds them then.)
+An arm of your own is found with --config-dir FOLDER, as FOLDER/arm/NAME.yaml. The arm is connected, read for three seconds as fast as a run
+would, and let go; it is led nowhere. Compare the angles with what its own panel says, and the place of the nose with a ruler. (LeRobot's
+own connecting lets go of the joints for a moment, and holds them then.)
 """
 
 import sys
@@ -31,6 +32,7 @@ from hardware.drivers.robots.watched_robot import WatchedRobot
 from hardware.transport.clock import Clock
 from hardware.transport.port import NoAnswer, Unplugged
 from oio.cli import terminal
+from oio.cli.plugins import own_places, search_path
 from oio.cli.tool_args import run_tool
 from oio.core import interrupt
 from oio.core.errors import BadInput, OioError
@@ -45,8 +47,9 @@ NO_NOSE = ("backend=serial", "sensor=ndir", "backend.nose.driver=scd30", "backen
 
 def main(arguments: list[str]) -> None:
     """Read the joints, and print what they say."""
+    words, places = own_places(arguments)
     with hydra.initialize_config_dir(str(CONF), version_base="1.3"):
-        cfg = hydra.compose("config", [*NO_NOSE, *arguments])
+        cfg = hydra.compose("config", [*NO_NOSE, *words, *search_path(places)])
     port: ArmPort = instantiate(cfg.backend.arm, _convert_="all")
     if port.driver not in PORTS:
         raise BadInput(

@@ -6,6 +6,7 @@ carry nothing else: the key that could not be overridden, and the place where an
 
 import difflib
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from hydra.errors import CompactHydraException, InstantiationException, MissingConfigException, OverrideParseException
@@ -62,7 +63,7 @@ def _paragraph(error: BaseException, conf: Path) -> str:
     for cause in _causes(error):
         if isinstance(cause, MissingConfigException) and cause.missing_cfg_file:
             group, _, name = str(cause.missing_cfg_file).rpartition("/")
-            return _no_such_choice(group, name, conf)
+            return _no_such_choice(group, name, cause.options or [choice for choice, _ in choices(conf, group)])
         if isinstance(cause, OverrideParseException):
             example = "sensor=ec dof=5; quote lists: 'source.position=[0.3,0.1,0.15]'"
             return f"the command line could not be read: {text} Type KEY=VALUE words, e.g. {example}."
@@ -112,12 +113,11 @@ def _renamed(old: str, new: str) -> str:
     return f"'{old}' is now called '{new}'. Type {new}=VALUE."
 
 
-def _no_such_choice(group: str, name: str, conf: Path) -> str:
+def _no_such_choice(group: str, name: str, known: Sequence[str]) -> str:
     if group in LAUNCHING:
         return _no_such_plugin(group, name)
     if not group:
         return f"--config-name {name} was given, but OIO has one configuration. Leave it out, and choose by KEY=VALUE words."
-    known = [choice for choice, _ in choices(conf, group)]
     if not known:
         return f"'{group}={name}' was given, but there is no group '{group}'. `python -m oio.run --help` lists the choices."
     near = (difflib.get_close_matches(name, known, 1) or known)[0]

@@ -30,6 +30,18 @@ def config_places(arguments: list[str]) -> tuple[str, ...]:
     return (*own, *without_search_path(arguments)[1], *plugin_packages())
 
 
+def own_places(words: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+    """Return the words of a command that is none of Hydra's without those of --config-dir, and all places, as `config_places` does."""
+    others, own, rest = list[str](), list[str](), iter(words)
+    for word in rest:
+        key, equals, folder = word.partition("=")
+        if key in ("--config-dir", "-cd"):
+            own.append(absolute(f"{FOLDER}{folder if equals else next(rest, '')}"))
+        else:
+            others.append(word)
+    return others, (*own, *plugin_packages())
+
+
 def absolute(place: str) -> str:
     """Return a place with its folder as an absolute path: a worker, or a later command, may be elsewhere."""
     return f"{FOLDER}{Path(place.removeprefix(FOLDER)).resolve()}" if place.startswith(FOLDER) else place

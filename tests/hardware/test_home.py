@@ -227,7 +227,7 @@ def test_the_words_of_the_so101(arm, built):
         ("the nose goes up", "the nose goes down"),
         ("the nose rolls clockwise, seen from behind it", "the nose rolls counterclockwise, seen from behind it"),
     ]
-    assert end_directions(home.described("gantry"))[0] == ("the nose goes back", "the nose goes forward")
+    assert end_directions(home.described("gantry", ()))[0] == ("the nose goes back", "the nose goes forward")
 
 
 @given(shift=st.lists(st.integers(-200, 200), min_size=5, max_size=5), signs=st.lists(st.sampled_from([-1, 1]), min_size=5, max_size=5))

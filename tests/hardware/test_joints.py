@@ -2,14 +2,18 @@
 
 import sys
 import threading
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hydra.errors import MissingConfigException
 
 from hardware import joints
+from oio.cli.hydra_errors import known_error
 from oio.core.errors import BadInput, OioError
 
+ROOT = Path(__file__).resolve().parents[2]
 WORDS = ["arm=ur5e", "dof=6", "backend.arm.driver=python", "backend.arm.port=their_arm:arm"]
 
 
@@ -40,6 +44,16 @@ def test_an_arm_elsewhere_is_said_to_be_so(theirs, capsys):
     theirs.read = lambda: [0.0] * 6
     joints.main(WORDS)
     assert "where it may NOT stand" in capsys.readouterr().out
+
+
+def test_an_arm_of_ones_own_is_found(theirs, capsys, tmp_path):
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "arm" / "mine.yaml").write_text((ROOT / "conf" / "arm" / "ur5e.yaml").read_text(encoding="utf-8").replace("UR5e", "Mine"))
+    joints.main(["--config-dir", str(tmp_path), *(word.replace("arm=ur5e", "arm=mine") for word in WORDS)])
+    assert "where it may stand" in capsys.readouterr().out
+    with pytest.raises(MissingConfigException) as ended:
+        joints.main([f"--config-dir={tmp_path}", "arm=mien"])
+    assert "gantry, mine, so101" in str(known_error(ended.value, ROOT / "conf"))
 
 
 def test_what_is_wrong_is_said_and_the_arm_let_go(theirs):
