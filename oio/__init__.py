@@ -10,6 +10,7 @@ _HOMES = {
     "BadInput": "oio.core.errors",
     "Calibration": "oio.api.calibration",
     "JointPath": "oio.api.samples",
+    "LeftOut": "oio.api.left_out",
     "Location": "oio.api.location",
     "LogFile": "oio.api.log_file",
     "NosePath": "oio.api.samples",

@@ -4,6 +4,7 @@ from oio.api.calibrate import calibrate as calibrate
 from oio.api.calibration import Calibration as Calibration
 from oio.api.calibration_file import load_calibration as load_calibration
 from oio.api.calibration_file import write_calibration as write_calibration
+from oio.api.left_out import LeftOut as LeftOut
 from oio.api.location import Location as Location
 from oio.api.location import locate as locate
 from oio.api.log_file import LogFile as LogFile

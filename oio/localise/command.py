@@ -2,7 +2,9 @@
 
 import shutil
 import sys
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ import numpy as np
 from oio.api.calibrate import CLOCK_U_S, calibrate
 from oio.api.calibration import Calibration
 from oio.api.calibration_file import load_calibration
+from oio.api.left_out import LeftOut
 from oio.api.location import locate
 from oio.api.log_file import LogFile, read_log
 from oio.api.samples import JointPath, NosePath, Readings
@@ -79,14 +82,17 @@ def _run(given: Asked) -> str:
         kept = load_calibration(given.calibration) if given.calibration else None
         setup = kept.setup if kept else _setup(given, path)
     first_compile()  # after what may be refused
-    with console.status("calibrating"):
+    with console.status("calibrating"), warnings.catch_warnings(record=True) as of_calibration:
+        warnings.simplefilter("always", LeftOut)
         readings = _known(log, path, setup)
         calibration = _calibrated(given, setup, readings, path) if given.calibrates else kept
-    with console.status("localising"):
+    with console.status("localising"), warnings.catch_warnings(record=True) as of_search:
+        warnings.simplefilter("always", LeftOut)
         searched = _searched(given, readings)
         box_m = given.places.get("box_m")
         own = setup if calibration is None else None  # a calibration has its own
         where = None if searched is None else locate(searched, path, calibration, setup=own, box_m=box_m)
+    log = replace(log, notes=(*log.notes, *(str(one.message) for one in (*of_calibration, *of_search) if one.category is LeftOut)))
     found = Found(log, path, searched, setup, calibration, where)
     show(given, found)
     if given.out:

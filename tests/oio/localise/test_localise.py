@@ -110,6 +110,24 @@ def test_clocks_that_are_apart_are_found_and_reckoned_with(walk, capsys, late_s,
         assert "clock: readings are stamped 0.40 s late" in capsys.readouterr().out
 
 
+def test_glitches_are_left_out_and_told(walk, found, capsys):
+    """One reading of 600 put the source 300 mm off."""
+    rows = [line.split(",") for line in walk.read_text().splitlines()]
+    for i in (300, 1000, 1001, 1700):
+        rows[i][4] = "2500.0"
+    path, out = walk.with_name("glitches.csv"), walk.with_name("of_glitches")
+    path.write_text("\n".join(map(",".join, rows)) + "\n")
+    assert main([str(path), *BY_ITSELF, f"out={out}"]) == 0
+    said = capsys.readouterr().out
+    assert "3 readings are left out as glitches" in said and "one reading is left out as glitches" in said and "verdict: PASS" in said
+    assert np.allclose(place(out)["mean_m"], place(found)["mean_m"], atol=0.002)
+    assert any("glitches" in note for note in place(out)["read_off_the_file"])
+    log = oio.read_log(path, nose_columns=("x [mm]", "y [mm]", "z [mm]"))
+    kept = oio.load_calibration(found / "calibration.yaml")
+    with pytest.warns(oio.LeftOut, match=r"one reading is left out as glitches: .* at 169\.9 s, 2500 ppm"):
+        oio.locate(log.readings.between(139.9, 199.8), log.path, kept)
+
+
 def test_clocks_further_apart_than_is_looked_for_are_named(walk, capsys):
     """Two seconds, the end of the search taken for the offset, put the source 60 mm off, told to 9."""
     rows = [line.split(",") for line in walk.read_text().splitlines()]
