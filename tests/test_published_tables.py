@@ -9,12 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from oio.bench.score import NEES_3_SIGMA
 from oio.bench.trial_file import read_csv
 from oio.bench.worlds import rows
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 PAGES = {name: (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/how-to/benchmark.md")}
+FAR_MM = 30.0  # three times stop.sd_m
 AIRS = ("steady", "still", "draft", "ventilated")
 
 
@@ -50,6 +52,13 @@ def test_the_accuracy_table(page):
 def test_the_table_of_worlds():
     for line in worlds_lines():
         assert line in PAGES["docs/how-to/benchmark.md"], line
+
+
+@pytest.mark.parametrize("name", ["worlds_trials.csv", "stereo_trials.csv"])
+def test_wrong_is_what_the_benchmark_calls_wrong(name):
+    with (DOCS / name).open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            assert row["reason"] or (row["wrong"] == "True") == (float(row["error_mm"]) > FAR_MM or float(row["nees"]) > NEES_3_SIGMA)
 
 
 if __name__ == "__main__":

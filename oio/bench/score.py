@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from scipy.special import chdtri
 
 NEES_95 = float(chdtri(3, 0.05))  # end of the 95 % region of a position
-NEES_999 = float(chdtri(3, 1e-3))  # end of the 99.9 % region of a position
+NEES_3_SIGMA = float(chdtri(3, 2.7e-3))  # 14.2, end of the three-sigma region (99.73 %) of a position
 
 
 class Case(NamedTuple):
@@ -52,7 +52,7 @@ class Score:
     filter_mm: float  # source error of the filter alone, before the last map: it differs between filters
     filter_nees: float
     assumed_world: str  # by the best hypothesis of the last map
-    wrong: bool  # the source is far from the answer, or outside its 99.9 % region
+    wrong: bool  # the source is far from the answer, or outside its three-sigma region
     passed: bool  # the verdict, which does not see the truth, is PASS
 
 
@@ -88,7 +88,7 @@ def _score(document: Mapping[str, Any], false_mm: float) -> Score:
         calibration_s=calibration["time_s"], error_ppm=calibration["error_ppm"], u_a_ppm=calibration["u_a_ppm"],
         u_b_mm=_mm(calibration["u_b_m"]), filter_mm=_mm(o["filtered_error_m"]),
         filter_nees=math.nan if o["filtered_nees"] is None else o["filtered_nees"],
-        assumed_world=o["world"], wrong=error_mm > false_mm or o["nees_source"] > NEES_999, passed=document["verdict"] == "PASS",
+        assumed_world=o["world"], wrong=error_mm > false_mm or o["nees_source"] > NEES_3_SIGMA, passed=document["verdict"] == "PASS",
     )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ class Row:
     covered_high: float
     covered_best: float  # likewise, that of the best place alone
     declared: int
-    false: int  # declared, but far from the source or outside the 99.9 % region
+    false: int  # declared, but far from the source or outside the three-sigma region
     false_share: float  # of the declared ones
     false_low: float
     false_high: float

@@ -9,7 +9,7 @@ import pytest
 from oio.bench import __main__ as command
 from oio.bench.accuracy import plan_cases, write_trials
 from oio.bench.arguments import read
-from oio.bench.score import NEES_95, NEES_999, Case, Trial, scored
+from oio.bench.score import NEES_3_SIGMA, NEES_95, Case, Trial, scored
 from oio.bench.trial_file import read_trials
 from oio.bench.worlds import ALL, rows
 from tests.oio.bench.scores import GOOD
@@ -60,7 +60,7 @@ def document(error_m, nees, **others):
 
 
 @pytest.mark.parametrize(
-    ("error_m", "nees", "wrong"), [(0.029, NEES_999 - 0.01, False), (0.031, 1.0, True), (0.005, NEES_999 + 0.01, True)]
+    ("error_m", "nees", "wrong"), [(0.029, NEES_3_SIGMA - 0.01, False), (0.031, 1.0, True), (0.005, NEES_3_SIGMA + 0.01, True)]
 )
 def test_wrong_is_far_off_or_outside_the_region(error_m, nees, wrong):
     score = scored(WALL, 1, document(error_m, nees), "", 30.0).score
