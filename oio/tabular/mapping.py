@@ -50,8 +50,9 @@ class TableMapping:
             stamp(self.time_unit)
         if (self.time_unit == "row") != (self.period_s is not None):
             raise BadInput(
-                f"recording.time_unit={self.time_unit} with period_s={self.period_s} do not go together: rows without time stamps have a "
-                f"period, and rows with them have none. Type recording.time_unit=row recording.period_s=1."
+                f"recording.time_unit={self.time_unit or 'null'} with recording.period_s={self.period_s or 'null'} do not go together: "
+                f"rows without time stamps need the seconds between two of them, and rows with time stamps have their own. "
+                f"Where a row comes each second type recording.time_unit=row recording.period_s=1."
             )
         self._check_lists()
         self._check_positions()
@@ -101,4 +102,7 @@ def open_mapping(**given: object) -> TableMapping:
     for key in given:
         if key not in keys:
             raise BadInput(f"'{key}' is no key of a mapping. It can be {', '.join(keys)}.")
-    return TableMapping(**{**dict.fromkeys(keys), "column_prefix": "", **given})  # type: ignore[arg-type]
+    try:
+        return TableMapping(**{**dict.fromkeys(keys), "column_prefix": "", **given})  # type: ignore[arg-type]
+    except BadInput as error:
+        raise BadInput(str(error).replace(f"{TableMapping.__name__}.", "recording.")) from None

@@ -89,6 +89,26 @@ def test_what_is_not_certain_is_refused(text, said):
         read_mapped(text.encode(), open_mapping(), "my.log")
 
 
+@pytest.mark.parametrize(
+    ("known", "said"),
+    [
+        ({"time_unit": "row"}, r"need the seconds between two of them.*recording\.period_s=1"),
+        ({"time_unit": "row", "period_s": "nan"}, "recording.period_s is 'nan', but it must be a number"),
+        ({"time_unit": "row", "period_s": 0}, "recording.period_s is 0, but 0.001 to 100000 is allowed"),
+    ],
+)
+def test_rows_without_stamps_are_told_what_they_need(known, said):
+    with pytest.raises(BadInput, match=said):
+        open_mapping(**known)
+
+
+@pytest.mark.parametrize("cell", ['1,0"12', '"a""b'])
+def test_a_cell_with_quotes_astray_is_no_row(cell):
+    rows = "".join(f"{t},{c}\n" for t, c, _ in ROWS)
+    found = read_mapped(f"time_s,co2_ppm\n{rows}60,{cell}\n61,411.5\n".encode(), open_mapping(), "my.csv")
+    assert found.table.values[-1, 0] == 411.5 and sum(found.table.dropped.values()) == 1
+
+
 def test_hostile_lines_are_read_as_they_are():
     for line in ("[" * 5000, "{" * 5000, '{"a": ' * 3000, "=" * 5000, "a=" * 5000, "1" * 5000 + " ppm", "a: " * 2000):
         with pytest.raises(BadInput):
