@@ -66,7 +66,7 @@ def _devices(options: EmulatorOptions, sim: MujocoSim, realtime: RealtimePlant) 
     yield "nose", _nose(options.nose, sim, realtime, trouble), trouble
     if options.arm != "none":
         trouble = set()
-        yield "arm", BUSES[options.arm](realtime, trouble), trouble
+        yield "arm", Feetech(realtime, trouble, gripper=True) if options.gripper else BUSES[options.arm](realtime, trouble), trouble
     if options.valve != "none":
         trouble = set()
         hold_s = HOLD_S * max(1.0, options.speed / 4.0)  # the heartbeat of its host has a period of 1 s of the host's time

@@ -3,10 +3,13 @@
 Only position mode moves a joint. Locked EPROM cannot be written at all; in a real servo such a change lasts until power-off.
 """
 
+import numpy as np
+
 from hardware.codecs import sts
 from hardware.emulators.bus import TICK_S, Bus
 from hardware.emulators.device import Joints, Trouble
 from hardware.emulators.motor import COUNTS, Memory, Motor
+from oio.core.records import Array
 
 SIZE, EPROM = 128, 40  # bytes of the emulated table; below 40 it is EPROM
 READ_ONLY = (range(0, 5), range(56, 71))
@@ -111,11 +114,37 @@ class Servo:
         memory[sts.STATUS], memory[sts.MOVING] = self._error, int(abs(speed) > MOVES_COUNTS_S)
 
 
-class Feetech(Bus):
-    """Emulated bus of Feetech servos, ids from 1."""
+class Gripper:
+    """See `Joints`: the one joint of a gripper, which is at once where it is led, and carries nothing."""
 
-    def __init__(self, joints: Joints, trouble: Trouble) -> None:
-        super().__init__({i + 1: Servo(i + 1, Motor(joints, i, trouble), trouble) for i in range(joints.count)}, trouble)
+    count = 1
+
+    def __init__(self) -> None:
+        self._angle_rad = 0.0
+
+    def angles(self) -> Array:
+        """See `Joints`."""
+        return np.array([self._angle_rad])
+
+    def speeds(self) -> Array:
+        """See `Joints`."""
+        return np.zeros(1)
+
+    def loads(self) -> Array:
+        """See `Joints`."""
+        return np.zeros(1)
+
+    def steer(self, joint: int, goal_rad: float) -> None:
+        """See `Joints`."""
+        self._angle_rad = goal_rad
+
+
+class Feetech(Bus):
+    """Emulated bus of Feetech servos, ids from 1; `gripper`: one more behind those of the arm."""
+
+    def __init__(self, joints: Joints, trouble: Trouble, gripper: bool = False) -> None:
+        motors = [Motor(joints, i, trouble) for i in range(joints.count)] + ([Motor(Gripper(), 0, trouble)] if gripper else [])
+        super().__init__({i: Servo(i, motor, trouble) for i, motor in enumerate(motors, start=1)}, trouble)
         self._packets = sts.Packets()
 
     def _answer(self, data: bytes) -> bytes:

@@ -23,6 +23,7 @@ class EmulatorOptions:
 
     nose: str
     arm: str
+    gripper: bool
     valve: str
     speed: Annotated[float, Within(0.1, 100)]
     out: str | None
@@ -39,6 +40,8 @@ class EmulatorOptions:
             given = getattr(self, key)
             if given not in allowed:
                 raise BadInput(f"{key}={given} was given, but {key} can be {', '.join(allowed)}. Type e.g. {EXAMPLE}.")
+        if self.gripper and self.arm != "feetech":
+            raise BadInput(f"gripper=true was given with arm={self.arm}, but only arm=feetech has one. Leave it out.")
 
     def schedule(self) -> tuple[Fault, ...]:
         """Return the fault schedule. Raises BadInput."""
