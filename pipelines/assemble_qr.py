@@ -48,7 +48,10 @@ class AssembleQR:
             baselines=base.elements,
             highest_ppm=found.highest_ppm,
         )
-        held, verdict = self.holds_for, judge(context.results, self.verdict)
+        held, verdict = (
+            {**self.holds_for, "serial": self.holds_for["serial"] or context.world.sensor_serial},
+            judge(context.results, self.verdict),
+        )
         text = calibration_yaml(calibration, bouts, found, noises, held, context.world.made, verdict, context.world.t_ns)
         (context.out / "calibration.yaml").write_text(text, encoding="utf-8")
         context.log.attach("calibration.yaml", text.encode())

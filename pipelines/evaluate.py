@@ -57,7 +57,7 @@ class Evaluate:
         for name, outcome in outcomes.items():
             context.log.progress(context.world.t_ns, name, outcome.in_words())
         bound_m, posterior_bound_m = self._bounds(rerun, context.rng)
-        scored = score(outcomes["calibrated"], bound_m, self.arm.dof, self.limits)
+        scored = score(outcomes["calibrated"], bound_m, self.arm.dof, self.limits, self.arm.box_sd_m)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
             outcomes["cold"], outcomes["cold_open"], outcomes["calibrated"], outcomes.get("calibrated_paper_assembly"),

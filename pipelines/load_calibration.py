@@ -54,10 +54,7 @@ class LoadCalibration:
             made = f"{self.path} holds for sensor={kept.holds_for['sensor']} with {len(kept.baselines)} elements"
             this = f"this run has sensor={self.holds_for['sensor']} with {elements}"
             raise BadInput(f"{made}, but {this}. Type sensor={kept.holds_for['sensor']}, or calibrate again.")
-        was, this_one = kept.serial, self.holds_for["serial"]
-        if None not in (was, this_one) and was != this_one:
-            made = f"{self.path} holds for the sensor with serial number '{was}', but this run has sensor_serial='{this_one}'"
-            raise BadInput(f"{made}. Give the calibration of that sensor, or calibrate this one.")
+        self._refuse_other_sensor(kept.serial, self.holds_for["serial"])
 
     @cached_property
     def kept(self) -> KeptCalibration:
@@ -66,13 +63,16 @@ class LoadCalibration:
         return read_kept(self.path, self.arm, self.range_law)
 
     def run(self, context: Context) -> Calibration:
-        """Raises nothing: the file was checked when the stage was built."""
+        """Raises BadInput for the calibration of another sensor, by a serial number that was told in the run; the file itself was checked
+        when the stage was built."""
         kept, fresh = self.kept, context.results.get(BaselineResult)
         baselines = fresh.elements if isinstance(fresh, BaselineResult) else None
         fit = self._today(kept.fit, baselines)
         nominal = replace(self.nominal, delay_s=kept.delay.s)
         priors = {name: calibrated_prior(fit, self.arm, self.process_noise, nominal, noise) for name, noise in kept.noises.items()}
-        remarks = self._remarks(baselines is not None, context.world.made)
+        serial = self.holds_for["serial"] or context.world.sensor_serial
+        self._refuse_other_sensor(kept.serial, serial)
+        remarks = self._remarks(baselines is not None, context.world.made, serial)
         (context.out / "calibration.yaml").write_text(kept.text, encoding="utf-8")
         context.log.attach("calibration.yaml", kept.text.encode())
         context.log.progress(context.world.t_ns, f"calibration={self.path}", " ".join(remarks) or "fits this run")
@@ -96,8 +96,13 @@ class LoadCalibration:
             mean[block], cov[block, block] = opened_mean[block], opened_cov[block, block]
         return replace(fit, mean=mean, cov=cov)
 
-    def _remarks(self, baseline_taken: bool, now: dict[str, object]) -> tuple[str, ...]:
-        """Where the file may not fit; `now` is when this world began, and its devices."""
+    def _refuse_other_sensor(self, was: str | None, this_one: str | None) -> None:
+        if None not in (was, this_one) and was != this_one:
+            made = f"{self.path} holds for the sensor with serial number '{was}', but this run has sensor_serial='{this_one}'"
+            raise BadInput(f"{made}. Give the calibration of that sensor, or calibrate this one.")
+
+    def _remarks(self, baseline_taken: bool, now: dict[str, object], this_one: str | None) -> tuple[str, ...]:
+        """Where the file may not fit; `now` is when this world began, and its devices; `this_one`: serial number of this sensor."""
         held, devices = self.kept.holds_for, now["devices"]
         other = [
             f"{key} was {held[key]} and is {self.holds_for[key]} now." for key in ("profile", "air") if held[key] != self.holds_for[key]
@@ -108,7 +113,7 @@ class LoadCalibration:
             [] if devices == self.kept.made.devices else [f"devices were {_named(self.kept.made.devices)} and are {_named(devices)} now."]
         )
         began = now["started"]
-        was, this_one = self.kept.serial, self.holds_for["serial"]
+        was = self.kept.serial
         which = [] if was == this_one else [f"it holds for sensor_serial={was or 'null'} and this run has {this_one or 'null'}."]
         days = self.kept.made.days_before(began if isinstance(began, str) else None)
         aged = [] if days is None or days <= self.good_for_days else [f"it is {days:.0f} days old, {self.good_for_days:g} are good."]

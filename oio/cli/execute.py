@@ -71,8 +71,10 @@ def execute(
         watchers = [watcher for watcher in (viewer, shown) if watcher is not None]
         _write(out, experiment, notes)
         results, verdict = _stages(experiment, world, out, watchers, performed, begun, keep)
-        document = _summary(experiment, results, verdict, performed, time.monotonic() - began, reproducible(devices_of(world)))
-        _keep_baseline(experiment, results, verdict, out / "calibration.yaml")
+        document = _summary(
+            _identity(experiment, performed), results, verdict, performed, time.monotonic() - began, reproducible(devices_of(world))
+        )
+        _keep_baseline(_identity(experiment, performed), results, verdict, out / "calibration.yaml")
         write_whole(out / SUMMARY, to_json(document))
     return document
 
@@ -143,21 +145,26 @@ def _time_of_day(experiment: Experiment, world: World) -> dict[str, str]:
     return {STARTED: began_utc} if began_utc else {}
 
 
+def _identity(experiment: Experiment, performed: Performance | None) -> dict[str, object]:
+    """What the run is of, with the serial number that a person told in the run, where none was typed."""
+    told = None if performed is None else performed.sensor_serial
+    return {**experiment.identity, "sensor_serial": experiment.identity["sensor_serial"] or told}
+
+
 def _summary(
-    experiment: Experiment, results: Mapping[type, object], verdict: Verdict, performed: Performance | None, wall_s: float,
+    identity: dict[str, object], results: Mapping[type, object], verdict: Verdict, performed: Performance | None, wall_s: float,
     judged: Reproducible,
 ) -> dict[str, Any]:  # fmt: skip
     calibration, found = results.get(Calibration), results.get(Evaluation)
     assert calibration is None or isinstance(calibration, Calibration)
     assert found is None or isinstance(found, Evaluation)
     protocol = None if performed is None else performed.document
-    return summary(experiment.identity, calibration, found, verdict, wall_s, judged, protocol)
+    return summary(identity, calibration, found, verdict, wall_s, judged, protocol)
 
 
-def _keep_baseline(experiment: Experiment, results: Mapping[type, object], verdict: Verdict, path: Path) -> None:
+def _keep_baseline(told: Mapping[str, Any], results: Mapping[type, object], verdict: Verdict, path: Path) -> None:
     """A run that ended with the baseline leaves what it has found of the sensor."""
     base = results.get(BaselineResult)
     if isinstance(base, BaselineResult) and Calibration not in results:
-        told = experiment.identity
         held = {"sensor": told["sensor"], "serial": told["sensor_serial"], "profile": told["profile"], "air": told["air"]}
         write_whole(path, baseline_yaml(base, verdict, held))

@@ -25,11 +25,12 @@ def source_inset(axes: "Axes", story: RunHistory, low: Array, high: Array) -> No
     """Draw the magnified region with the 95 % regions of all filters, if it is small in a panel with limits low, high (2,) mm."""
     if not len(story.source):
         return
-    centre, half_mm = _window(story)
     box = axes.get_window_extent()
     side = SIZE * min(box.width, box.height)
     share = np.array([side / box.width, side / box.height])
-    if 2.0 * half_mm * WORTH > float(share[0] * (high - low)[0]) or not np.all((centre > low) & (centre < high)):
+    largest_mm = 0.5 * float(share[0] * (high - low)[0]) / WORTH
+    centre, half_mm = _window(story, largest_mm)
+    if half_mm > largest_mm or not np.all((centre > low) & (centre < high)):
         return
     corner = _corner(axes, story, share, low, high)
     inset = axes.inset_axes((*corner, *share), zorder=8)
@@ -45,8 +46,9 @@ def source_inset(axes: "Axes", story: RunHistory, low: Array, high: Array) -> No
     axes.indicate_inset_zoom(inset, edgecolor="#555555", alpha=0.8)
 
 
-def _window(story: RunHistory) -> tuple[Array, float]:
-    """Centre (2,) mm and half a side [mm]: what is true and what is believed, and the cold starts if they are near."""
+def _window(story: RunHistory, largest_mm: float) -> tuple[Array, float]:
+    """Centre (2,) mm and half a side [mm]: what is true and what is believed, and the cold starts if they are near, and leave
+    it at no more than `largest_mm`."""
     found = [
         _mm(ellipse(story.source.p_m[-1], story.source.cov_m2[-1])),
         *([_mm(story.places["source"])[None]] if "source" in story.places else []),
@@ -55,7 +57,7 @@ def _window(story: RunHistory) -> tuple[Array, float]:
     for name in VARIANTS:
         if name in story.others and len(story.others[name].source):
             beside = _mm(story.others[name].source.p_m[-1])[None]
-            if _half(np.concatenate([*found, beside])) < NEAR * max(half, LEAST_MM):
+            if _half(np.concatenate([*found, beside])) < min(NEAR * max(half, LEAST_MM), largest_mm / MARGIN):
                 found.append(beside)
     points = np.concatenate(found)
     return 0.5 * (points.min(axis=0) + points.max(axis=0)), MARGIN * max(_half(points), LEAST_MM)

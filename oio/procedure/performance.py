@@ -11,6 +11,8 @@ from oio.procedure.steps import Asked, Question, Step, Wait
 from oio.procedure.written_answers import KIND
 from oio.runtime.guarded_world import GuardedWorld
 
+SERIAL = "sensor_serial"  # name of the step whose answer is the sensor's serial number, which its calibration then holds for
+
 
 class Performance:
     """The steps of a protocol as `Between` of a run; `answers` are those given so far, by step."""
@@ -18,6 +20,11 @@ class Performance:
     def __init__(self, procedure: Procedure, operator: Operator) -> None:
         self._procedure, self._operator = procedure, operator
         self.answers: dict[str, Value] = {}
+
+    @property
+    def sensor_serial(self) -> str | None:
+        """The sensor's serial number, if it was asked for and told."""
+        return str(self.answers[SERIAL]).strip() or None if SERIAL in self.answers else None
 
     @property
     def document(self) -> dict[str, object]:
@@ -48,6 +55,8 @@ class Performance:
 
         world.attend(is_answered)
         self.answers[step.name] = given[0]
+        if step.name == SERIAL:
+            world.sensor_serial = str(given[0]).strip() or None
         unit = {"unit": step.answer.unit} if isinstance(step, Question) and isinstance(step.answer, Number) else {}
         return {"answer": given[0], **unit}
 

@@ -82,8 +82,9 @@ def actions(material: Material) -> list[str]:
         return [f"{action} ({', '.join(names)})" for action, names in asked.items()]
     if material.summary.get("calibration") is None:
         return ["Go on: run the stages calibrate_bouts, map_beliefs and assemble_qr as well."]
-    again = "python -m oio.run calibration=RUN/calibration.yaml 'stage=[warm_up,baseline,navigate,evaluate]'"
-    return [f"Keep the calibration.yaml of this run, and begin later runs in the same air with it: {again}"]
+    kept = f"{material.summary.get('sensor')} dof={material.summary.get('dof')}"
+    again = f"python -m oio.run sensor={kept} calibration=RUN/calibration.yaml 'stage=[warm_up,baseline,navigate,evaluate]'"
+    return [f"Keep the calibration.yaml of this run, and begin later runs in the same air with it, where RUN is its folder: {again}"]
 
 
 def _criteria(material: Material) -> list[dict[str, Any]]:
@@ -102,7 +103,8 @@ def explained(names: Iterable[str]) -> Iterator[tuple[str, str]]:
 def criteria_part(material: Material) -> Part:
     """Return the table of all criteria."""
     criteria = material.summary.get("criteria") or []
-    rows = [(c["name"], c["about"], badge(c["word"]), c["found"], c["allowed"], c["action"] or NOTHING) for c in criteria]
+    worst_first = [c for word in (*ORDER, "PASS") for c in criteria if c["word"] == word]
+    rows = [(c["name"], c["about"], badge(c["word"]), c["found"], c["allowed"], c["action"] or NOTHING) for c in worst_first]
     heads = ("criterion", "about", "verdict", "found", "passes", "what to do")
     meanings = "".join(f"<dt>{escaped(name)}</dt><dd>{escaped(text)}</dd>" for name, text in explained(c["name"] for c in criteria))
     note = f"<details><summary>What the criteria mean</summary><dl>{meanings}</dl></details>"

@@ -22,6 +22,7 @@ QUANTITIES = frozenset((
     "baseline", "gain", "R_white", "tau_rise", "tau_fall", "delay", "error",
     "ln_strength", "exponent", "wind_x", "wind_y", "wind_z", "thinning", "gamma", "eddy", "sway", "offset", "drift", "u_a", "rms",
 ))  # fmt: skip
+LAGS = ("tau_rise", "tau_fall")
 _LOOKS_LIKE_ONE = frozenset(("value", "u", "unit"))
 _EXAMPLE = "Give the calibration.yaml of a run, or its folder, e.g. outputs/2026-01-31/12-00-00."
 
@@ -90,15 +91,28 @@ def _document(text: str, name: str) -> dict[str, Any]:
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         given = document.get("schema", "none") if isinstance(document, dict) else "none"
         raise BadInput(f"{name} has schema {given}, but a calibration has schema {SCHEMA}. {_EXAMPLE}")
+    if strange := next(_built(document), None):
+        raise BadInput(f"{name} has the key {strange}, but a calibration is numbers and words: nothing in it is ever built. {_EXAMPLE}")
     for section in REQUIRED:
         if not isinstance(document.get(section), dict) or not document[section]:
             raise BadInput(f"{name}: section '{section}' is {shown(document.get(section))}, but it must hold quantities. {_EXAMPLE}")
     return document
 
 
+def _built(node: object) -> Iterator[str]:
+    """Keys by which Hydra would build an object, at any depth."""
+    if isinstance(node, dict):
+        yield from (str(key) for key in node if str(key).startswith("_"))
+    for inner in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
+        yield from _built(inner)
+
+
 def _quantities(node: object, key: str, name: str) -> Iterator[Quantity]:
     if isinstance(node, dict) and (_LOOKS_LIKE_ONE & node.keys() or key.rsplit(".", 1)[-1] in QUANTITIES):
-        yield read_quantity(node, key, name)
+        found = read_quantity(node, key, name)
+        if key.rsplit(".", 1)[-1] in LAGS and (found.unit != "s" or found.value <= 0.0):
+            raise BadInput(f"{name}: {key} is {found.value:g} {found.unit}, but a lag is more than 0, in s. {_EXAMPLE}")
+        yield found
     elif isinstance(node, dict):
         for inner, below in node.items():
             yield from _quantities(below, f"{key}.{inner}", name)

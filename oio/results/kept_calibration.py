@@ -15,6 +15,7 @@ from oio.inference.forward_model import ParameterLayout
 from oio.inference.map_fit import Fit
 from oio.inference.uncertainty import Noise
 from oio.kinematics.arm import Arm
+from oio.results.calibration_entries import calibration_entries
 from oio.results.calibration_fit import FIXED, SCHEMA, parameter_names, parameter_units
 from oio.results.yaml_fields import Fields, plain_yaml
 
@@ -71,6 +72,7 @@ def kept_of(text: str, path: str, arm: Arm, law: RangeLaw) -> KeptCalibration:
     if read.text("schema") != SCHEMA:
         made = f"{path} has schema '{read.text('schema')}', but a run can begin with {SCHEMA} alone"
         raise BadInput(f"{made}. Give the calibration.yaml of a run with the stage assemble_qr.")
+    calibration_entries(text, path)  # what a person reads of it: values, uncertainties and units, each checked
     held = read.section("holds_for")
     names = {name: held.text(name) for name in ("sensor", "arm", "profile", "air")}
     joints = held.texts("joints")

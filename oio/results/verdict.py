@@ -35,12 +35,16 @@ class ScoreLimits:
     # nees: above this the truth is outside the covariance, beyond chance (chi-square 99.9 %, 3 degrees of freedom: 16.3)
     nees: Annotated[float, Within(0, 1e6)]
     bound_ratio: Annotated[float, Within(0, 1e6)]  # source error over the Cramer-Rao bound
+    nowhere: Annotated[float, Within(0, 1e6)]  # standard deviation of the source over that of the workspace box
 
 
-def score(outcome: Outcome, bound_m: float | None, dof: int, limits: ScoreLimits) -> Scored:
-    """Return how the answer compares with the truth, which only simulation knows: RIGHT, WRONG, or `unknown` without a truth."""
+def score(outcome: Outcome, bound_m: float | None, dof: int, limits: ScoreLimits, box_sd_m: float) -> Scored:
+    """Return how the answer compares with the truth, which only simulation knows: RIGHT, WRONG, or `unknown` without a truth, or where the
+    region says no place: `box_sd_m` [m] is the standard deviation of one anywhere in the workspace box."""
     if outcome.nees_source is None or outcome.inside_95 is None:
         return Scored("unknown", ())
+    if dof >= 3 and outcome.sd_m is not None and outcome.sd_m > limits.nowhere * box_sd_m:
+        return Scored("unknown", ("the region is too large to be right or wrong about a place.",))
     reasons = list[str]()
     if not outcome.inside_95:
         limit = CHI2_95[min(dof, 3)]  # a bearing has one or two degrees of freedom

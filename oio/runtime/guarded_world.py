@@ -31,6 +31,7 @@ class GuardedWorld:
         self._world, self._arm, self._log, self._highest_raw = world, arm, log, highest_raw
         self._display = display  # of the joints, for viewers
         self._goal, self._gas = arm.home, GasStream()
+        self.sensor_serial: str | None = None  # of the sensor, where a person has told it in the run
         self._planned: tuple[Array, float] | None = None  # the goal last planned from here, and its duration [s]
 
     @property

@@ -3,12 +3,13 @@
 from oio.core.settings import settings
 from oio.gas.bout_rates import Rate
 from oio.results.calibration import BoutCalibration, Calibration, MapCalibration
-from oio.results.criteria.judgement import Criterion, Measured, Results
+from oio.results.criteria.judgement import FAIL, Criterion, Measured, Results
 
 TODAY = "Calibrate again as things are now; where only a baseline is missing: stage=[warm_up,baseline,navigate,evaluate]."
 OTHER_AIR = "The range law does not describe this air: keep people and fans away, check beacon.position, calibrate again."
 
-RECOMMENDED = 1.0  # percent of clean-air readings that a bout rule may take for gas
+RECOMMENDED = 1.0  # percent of readings of noise that a bout rule may take for gas
+FAILED = 10.0  # remarks, for which it counts that a calibration failed when it was made
 
 
 def _calibration(results: Results) -> MapCalibration | None:
@@ -18,7 +19,8 @@ def _calibration(results: Results) -> MapCalibration | None:
 
 @settings
 class KeptCalibration(Criterion):
-    """Remarks on a calibration that was loaded from a file (calibration=FILE): where it may not fit this run."""
+    """Remarks on a calibration that was loaded from a file (calibration=FILE): where it may not fit this run. An answer is no better than
+    its calibration: one that failed when it was made fails here."""
 
     def measure(self, results: Results) -> Measured | None:
         """None if it was made in this run."""
@@ -26,7 +28,8 @@ class KeptCalibration(Criterion):
         if not isinstance(used, Calibration) or used.kept is None:
             return None
         said = " ".join(used.kept.remarks) or "nothing speaks against it"
-        return Measured(float(len(used.kept.remarks)), "1", f"calibration of {used.kept.file}: {said.rstrip('.')}", above=TODAY)
+        count = max(float(len(used.kept.remarks)), FAILED if used.kept.verdict == FAIL else 0.0)
+        return Measured(count, "1", f"calibration of {used.kept.file}: {said.rstrip('.')}", above=TODAY)
 
     def allowed(self, unit: str) -> str:
         """In words: any remark costs the PASS."""
@@ -35,8 +38,8 @@ class KeptCalibration(Criterion):
 
 @settings
 class BoutFalseAlarms(Criterion):
-    """Share of clean-air readings that the bout rule takes for gas. Bouts reward the ladder's bandit and count sniffs; no position comes
-    from them."""
+    """Share of readings of white noise that the bout rule takes for gas, simulated: a property of the rule, not of this sensor, of which
+    `oio.identify` measures it. Bouts reward the ladder's bandit and count sniffs; no position comes from them."""
 
     def measure(self, results: Results) -> Measured | None:
         """In percent, of the rule at the top rung."""
@@ -46,7 +49,10 @@ class BoutFalseAlarms(Criterion):
         percent = 100.0 * found.false_alarm_rate
         many = f"; {RECOMMENDED:g} % or less is recommended" if percent > RECOMMENDED else ""
         return Measured(
-            percent, "%", f"the bout rule fires on {percent:.1f} % of clean-air readings{many}", above="Type bout=cusum: 0.2 %."
+            percent,
+            "%",
+            f"the bout rule fires on {percent:.1f} % of readings of white noise (simulated){many}",
+            above="Type bout=cusum: 0.2 %.",
         )
 
 

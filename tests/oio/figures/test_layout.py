@@ -1,6 +1,7 @@
 """Nothing that is drawn hides what is to be read: names of stages apart, legends above the data, the source magnified where it is small."""
 
 import itertools
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
@@ -99,6 +100,14 @@ def test_without_a_truth_the_distance_from_the_calibrated_filter_is_drawn():
     assert "calibrated" not in lines
     np.testing.assert_allclose(lines["cold start"].get_ydata(), 25.0 * np.sqrt(3.0))
     assert len(figure.axes) == 4 and figure.axes[0].get_title(loc="left").startswith("Nose, distance from")
+
+
+def test_a_cold_start_far_off_is_left_out_of_the_magnified_region_which_is_shown():
+    """In the default run it was 102 mm off, and took the whole inset with it."""
+    told = story(sd_m=0.008)
+    far = {name: replace(one, source=track(one.source.p_m + 0.1, 0.01)) for name, one in told.others.items()}
+    axes = drawn(lambda f: search_map(f.subplots(), replace(told, others=far)), (5.6, 5.6)).axes[0]
+    assert len(axes.child_axes) == 1
 
 
 @pytest.mark.parametrize(("sd_m", "magnified"), [(0.005, 1), (0.1, 0)])

@@ -94,9 +94,9 @@ def bouts(rate=0.03):
     return BoutCalibration((), None, rate)
 
 
-def loaded(*remarks, highest_ppm=(40.0,)):
+def loaded(*remarks, highest_ppm=(40.0,), verdict="PASS"):
     baselines = (ElementBaseline(5.0, 0.1, 5.2, 5, 5.0),)
-    return Calibration(*[None] * 5, 85.0, 0.5, 0.2, 0.02, 50, baselines, highest_ppm, Kept("monday/calibration.yaml", "PASS", remarks))
+    return Calibration(*[None] * 5, 85.0, 0.5, 0.2, 0.02, 50, baselines, highest_ppm, Kept("monday/calibration.yaml", verdict, remarks))
 
 
 GOOD = (drift(-0.4), baseline(), bouts(), beacon(), loaded(), search(), evaluation())
@@ -114,9 +114,13 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
     "steps": [(beacon(), "rise 2 s +- 20 % and fall 2.6 s +- 6 %"), (beacon(rise_u=0.9), "rise not seen and fall 2.6 s"),
               (beacon(rise_u=0.9, fall_u=0.9), "rise not seen and fall not seen")],
     "lag": [(beacon(0.05), "10 %"), (beacon(0.12), "24 %"), (beacon(0.15), "30 %")],
-    "bout_rule": [(bouts(0.03), "3.0 % of clean-air readings; 1 % or less"), (bouts(0.08), "8.0 %"), (bouts(0.25), "25.0 %")],
+    "bout_rule": [(bouts(0.03), "3.0 % of readings of white noise"), (bouts(0.08), "8.0 %"), (bouts(0.25), "25.0 %")],
     "bout_detection": [(beacon(fired=6), "6 of 6"), (beacon(fired=5), "5 of 6"), (beacon(fired=4), "83 % near it, 50 % away")],
     "safety": [(moved(), "0.64 m/s at most, limit 0.8"), (moved(top_speed_m_s=0.83), "0.83"), (moved(top_speed_m_s=0.9), "0.90")],
+    "kept": [
+        (loaded(), "nothing speaks against it"), (loaded("its own verdict was WARN."), "its own verdict was WARN"),
+        (loaded("its own verdict was FAIL.", verdict="FAIL"), "its own verdict was FAIL"),
+    ],
     "repeats": [(beacon(repeats=5), "5 times"), (beacon(repeats=2), "2 times"), (beacon(repeats=1), "1 times")],
     "beacon_error": [(beacon(rms_m=0.02), "20 mm"), (beacon(rms_m=0.06), "60 mm"), (beacon(rms_m=1.5), "1500 mm")],
     "beacon_nees": [(beacon(nees=3.0), "1.00"), (beacon(nees=12.0), "4.00"), (beacon(nees=30.0), "10.00")],
@@ -129,7 +133,6 @@ CASES = {  # name: results that pass, warn and fail, each with a word of what is
     "localised": [(evaluation(sd_m=0.01), "10 mm"), (evaluation(sd_m=0.03), "30 mm"), (evaluation(sd_m=2.0), "not localisable")],
 }  # fmt: skip
 TWO_WORDS = {  # what has no FAIL: a yes or no that is a matter of caution
-    "kept": [(loaded(), "nothing speaks against it"), (loaded("its own verdict was WARN."), "its own verdict was WARN")],
     "gas_range": [(met(), "0.75 times the calibration's strongest (40 ppm)"), (met(gas_ppm=800.0), "20 times")],
     "world": [(evaluation(), "calibrated world"), (evaluation(world="a wall"), "a wall explains")],
     "declared": [(evaluation(), "after 8 moves"), (evaluation(found=False), "not declared within 8 moves")],
