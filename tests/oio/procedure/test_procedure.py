@@ -77,7 +77,8 @@ def experiment_of_all(*words):
 
 def test_steps_stand_around_their_stages_in_the_log_and_answers_in_the_summary(answered, tmp_path):
     document = execute(experiment("protocol=emulated", answered()), tmp_path / "run", quiet=True)
-    assert document["protocol"] == {"name": "emulated", "answers": ANSWERS}
+    assert document["protocol"] == {"name": "emulated", "answers": ANSWERS} and document["sensor_serial"] == "0012"
+    assert yaml.safe_load((tmp_path / "run" / "calibration.yaml").read_text())["holds_for"]["serial"] == "0012"
     log = tmp_path / "run" / "run.mcap"
     events, marks = list(protocol_events(log)), {(stage, state): t_ns for t_ns, stage, state in read_stages(log)}
     names = [step.name for step in experiment("protocol=emulated", answered()).procedure.steps]
@@ -89,6 +90,18 @@ def test_steps_stand_around_their_stages_in_the_log_and_answers_in_the_summary(a
     told = {event["step"]: event["answer"] for event in events if "answer" in event}
     assert told == ANSWERS and next(event["unit"] for event in events if event.get("unit")) == "degC"
     assert sum(isinstance(s, GasSample) and s.t_ns < 2_000_000_000 for s in read_samples(log)) > 10  # a wait is logged
+
+
+@pytest.mark.long
+def test_a_calibration_holds_for_the_serial_number_that_was_told(answered, tmp_path):
+    whole = "stage=[warm_up,baseline,calibrate_bouts,map_beliefs,assemble_qr]"
+    execute(experiment("protocol=emulated", answered(), whole), tmp_path / "monday", quiet=True)
+    kept = tmp_path / "monday" / "calibration.yaml"
+    assert yaml.safe_load(kept.read_text())["holds_for"]["serial"] == "0012"
+    words = ("protocol=emulated", f"calibration={kept}", "stage=[warm_up,baseline,load_calibration]")
+    execute(experiment(*words, answered()), tmp_path / "friday", quiet=True)
+    with pytest.raises(BadInput, match="with serial number '0012', but this run has sensor_serial='0013'"):
+        execute(experiment(*words, answered(sensor_serial="0013")), tmp_path / "other", quiet=True)
 
 
 def test_a_run_without_a_protocol_and_one_that_only_asks_sense_the_same_to_the_bit(answered, tmp_path):

@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from oio.report.__main__ import main as report
+
 playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: apt-get install chromium")]
+pytestmark = [pytest.mark.long, pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: apt-get install chromium")]
 DRAWN = "document.getElementById('space').dataset.drawn"
 
 
@@ -22,18 +24,19 @@ def browser():
 
 @pytest.fixture
 def opened(browser, made):
-    """The report at a width, with whatever the console said; requests to anywhere else are refused."""
+    """The report at a width, or another page, with whatever the console said; requests to anywhere else are refused."""
     pages = []
 
-    def at(width):
+    def at(width, file=None):
         page = browser.new_page(viewport={"width": width, "height": 900})
         pages.append(page)
         said = []
         page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: said.append(request.url) if not request.url.startswith(("file:", "data:", "blob:")) else None)
-        page.goto(Path(made[0] / "report.html").as_uri())
-        page.wait_for_function(DRAWN, timeout=60_000)
+        page.goto(Path(file or made[0] / "report.html").as_uri())
+        if file is None:
+            page.wait_for_function(DRAWN, timeout=60_000)
         return page, said
 
     yield at
@@ -76,3 +79,15 @@ def test_it_is_accessible(opened):
     page, _ = opened(1000)
     found = axe.Axe().run(page).response["violations"]
     assert [(v["id"], [node["html"][:120] for node in v["nodes"]][:3]) for v in found] == []
+
+
+def test_the_page_of_a_sweep_opens_fits_leads_to_its_runs_and_is_accessible(opened, swept, tmp_path):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+    assert report([str(swept), "--out", str(swept / "sweep.html")]) == 0
+    for width in (400, 1600):
+        page, said = opened(width, swept / "sweep.html")
+        assert said == [] and page.evaluate("document.documentElement.scrollWidth") <= width
+    assert axe.Axe().run(page).response["violations"] == []
+    links = [link.get_attribute("href") for link in page.locator("a").all()]
+    assert links and all((swept / link).exists() for link in links if not link.startswith("#"))
+    assert all(page.locator(link).count() for link in links if link.startswith("#"))

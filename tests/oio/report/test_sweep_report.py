@@ -2,6 +2,8 @@
 
 import json
 import re
+import shutil
+import time
 
 import pytest
 
@@ -21,6 +23,20 @@ def test_a_sweep_has_one_page_with_links_to_its_runs(swept, tmp_path):
     assert {word: int(n) for word, n in shown.items()} == {word: words.count(word) for word in ("PASS", "WARN", "FAIL")}
     for link in re.findall(r'<a href="(\d[^"]*)"', page):
         assert (swept / link).exists()
+
+
+def test_two_hundred_runs_are_told_in_seconds_and_in_few_bytes(swept, tmp_path):
+    out, told = tmp_path / "many", json.loads((swept / "sweep.json").read_text())
+    out.mkdir()
+    jobs = [told["jobs"][i % 2] for i in range(200)]
+    told["jobs"] = [{**job, "number": i, "folder": f"{i}_run"} for i, job in enumerate(jobs)]
+    for job, copy in zip(jobs, told["jobs"], strict=True):
+        shutil.copytree(swept / job["folder"], out / copy["folder"])
+    (out / "sweep.json").write_text(json.dumps(told))
+    began = time.process_time()
+    assert main([str(out), "--out", str(tmp_path / "many.html")]) == 0
+    assert time.process_time() - began < 30.0 and (tmp_path / "many.html").stat().st_size < 10_000_000
+    assert "200 of 200 runs are done." in (tmp_path / "many.html").read_text()
 
 
 def test_a_job_that_failed_is_the_first_to_look_at(swept, tmp_path):
