@@ -11,6 +11,7 @@ def handle_signals(name: str) -> None:
     """If the module of that `__name__` is the command: end it with one line on Ctrl-C and SIGTERM, until it installs its own handlers."""
     if name == "__main__":
         os.environ.setdefault("MUJOCO_GL", "off")  # MuJoCo would look for a window library, in a process of its own; physics needs none
+        os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")  # or an escape sequence ends the output, NO_COLOR or not
         signal.signal(signal.SIGINT, _end)
         signal.signal(signal.SIGTERM, _end)
 

@@ -69,7 +69,11 @@ def truth_part(material: Material) -> Part | None:
     heads = ("filter", "source error (mm)", "+- (mm)", "nose error (mm)", "NEES", "in its 95 % region", "mean NIS", "declared")
     words = f"<p>{badge(scored['word'])} The answer compared with the truth. None of this enters the verdict.</p>"
     ratio = summary.get("bound_ratio") if (summary.get("bound_m") or 0.0) < LARGEST_BOUND_M else None
-    bound = paragraph(f"Error over the Cramer-Rao bound of this path: {ratio:.2f}; about 1 is the best that is possible.") if ratio else ""
+    bound = (
+        paragraph(f"Error over the Cramer-Rao bound of this path: {ratio:.2f}; 1 is the best on average, a lucky search has less.")
+        if ratio
+        else ""
+    )
     reasons = bullets(scored["reasons"]) if scored["reasons"] else ""
     return Part(
         "truth",

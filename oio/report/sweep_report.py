@@ -9,7 +9,7 @@ import numpy as np
 
 from oio.figures.sweep_errors import PANELS, distributions, heat_map
 from oio.report.drawing import WIDE_IN, Drawing
-from oio.report.page import Part, badge, escaped, figure, page, paragraph, table
+from oio.report.page import Part, badge, bullets, escaped, figure, page, paragraph, table
 from oio.sweep.group_table import HEADS, group_table, usual_keys
 from oio.sweep.manifest import Manifest, Outcome
 from oio.sweep.records import Record, error_of, records, shown_error
@@ -18,6 +18,7 @@ from oio.sweep.sheet import columns
 from oio.sweep.worst import worst
 
 WORST = 20
+NEXT = 5  # things to do, at most
 
 
 def sweep_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
@@ -45,7 +46,22 @@ def _lead(rows: Sequence[Record], outcomes: Sequence[Outcome]) -> str:
     if scored["WRONG"] or scored["RIGHT"]:
         sure = sum(1 for row in done if row.get("verdict") == "PASS" and row.get("scored.word") == "WRONG")
         said.append(f"Against the truth (simulation only): {scored['RIGHT']} right, {scored['WRONG']} wrong, {sure} of these with a PASS.")
-    return f'<div class="lead {kind}"><p class="word">{counts}</p>{"".join(map(paragraph, said))}</div>'
+    asked = _asked(outcomes)
+    todo = f"<h2>What to do next</h2>{bullets(asked, True)}" if asked else ""
+    return f'<div class="lead {kind}"><p class="word">{counts}</p>{"".join(map(paragraph, said))}{todo}</div>'
+
+
+def _asked(outcomes: Sequence[Outcome]) -> list[str]:
+    """What the criteria that warned or failed ask for, first what most runs ask for."""
+    asked: dict[str, tuple[Counter[str], set[str]]] = {}
+    for outcome in outcomes:
+        for c in (outcome.summary or {}).get("criteria") or []:
+            if c["action"]:
+                runs, names = asked.setdefault(c["action"], (Counter(), set()))
+                runs[outcome.job.folder] += 1
+                names.add(c["name"])
+    most = sorted(asked.items(), key=lambda item: (-len(item[1][0]), item[0]))
+    return [f"{action} ({', '.join(sorted(names))}: {len(runs)} runs)" for action, (runs, names) in most[:NEXT]]
 
 
 def _drawings(rows: Sequence[Record]) -> list[Drawing]:

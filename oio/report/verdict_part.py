@@ -15,7 +15,7 @@ from oio.report.page import NOTHING, Part, badge, bullets, escaped, paragraph, t
 
 MEANING = {
     "PASS": "It can be trusted: every criterion is within its limits.",
-    "WARN": "Use it with care: nothing contradicts it, but something is outside of its limits.",
+    "WARN": "Use it with care: something is outside of its limits.",
     "FAIL": "Do not trust it: something contradicts it, or the readings tell too little.",
 }
 ORDER = ("FAIL", "WARN")
@@ -104,6 +104,8 @@ def criteria_part(material: Material) -> Part:
     """Return the table of all criteria."""
     criteria = material.summary.get("criteria") or []
     worst_first = [c for word in (*ORDER, "PASS") for c in criteria if c["word"] == word]
+    if is_recorded(material):  # nothing can be measured again
+        worst_first = [{**c, "action": ""} for c in worst_first]
     rows = [(c["name"], c["about"], badge(c["word"]), c["found"], c["allowed"], c["action"] or NOTHING) for c in worst_first]
     heads = ("criterion", "about", "verdict", "found", "passes", "what to do")
     meanings = "".join(f"<dt>{escaped(name)}</dt><dd>{escaped(text)}</dd>" for name, text in explained(c["name"] for c in criteria))

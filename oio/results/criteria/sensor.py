@@ -25,7 +25,7 @@ class WarmUpTrend(Criterion):
         slopes = zip(settled.slope_ppm_per_min, settled.slope_u_ppm_per_min, strict=True)
         trends = [(0.0 if abs(slope) <= settled.rest_ppm_per_min else abs(slope) / max(u, 1e-12), slope, u) for slope, u in slopes]
         value, slope, u = max(trends, key=lambda trend: (trend[0], abs(trend[1])))
-        rest = f", at rest below {settled.rest_ppm_per_min:g}" if abs(slope) <= settled.rest_ppm_per_min else ""
+        rest = f", which counts as rest: up to {settled.rest_ppm_per_min:g} ppm/min" if abs(slope) <= settled.rest_ppm_per_min else ""
         return Measured(
             value, "standard errors", f"drift {slope:+.2f} +- {u:.2f} ppm/min after {settled.waited_s:.0f} s{rest}",
             above="The sensor has not settled: leave it on longer, or raise stage.warm_up.window_s.",

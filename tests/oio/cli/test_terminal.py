@@ -1,5 +1,6 @@
 """What is printed keeps to the terminal: its width, and NO_COLOR (no-color.org)."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -94,3 +95,19 @@ def test_the_version_is_the_projects_own():
     for words in (["--version"], ["sensor=ec", "--version"]):
         done = subprocess.run([sys.executable, "-m", "oio.run", *words], cwd=ROOT, capture_output=True, text=True, check=True)
         assert done.stdout == "oio 0.1.0\n" and done.stderr == ""
+
+
+@pytest.mark.long
+def test_no_color_leaves_no_escape_on_a_terminal_to_the_end_of_a_run(tmp_path):
+    """A library restored the colour as the process ended."""
+    main, side = os.openpty()
+    words = ["sensor=ndir", "dof=1", "stage=[warm_up,baseline]", "report=false", f"hydra.run.dir={tmp_path / 'run'}"]
+    env = {**os.environ, "NO_COLOR": "1", "TERM": "xterm-256color"}
+    process = subprocess.Popen([sys.executable, "-m", "oio.run", *words], cwd=ROOT, env=env, stdout=side, stderr=subprocess.DEVNULL)
+    os.close(side)
+    seen = b""
+    with contextlib.suppress(OSError):  # EIO: the other end is closed
+        while piece := os.read(main, 4096):
+            seen += piece
+    os.close(main)
+    assert process.wait() == 0 and b"verdict" in seen and b"\x1b" not in seen

@@ -21,6 +21,8 @@ def test_a_sweep_has_one_page_with_links_to_its_runs(swept, tmp_path):
     words = [json.loads(path.read_text())["verdict"] for path in swept.glob("*/summary.json")]
     shown = dict(re.findall(r'<span class="badge \w+">(\w+)</span> (\d+)', page[: page.index("<h2>")]))
     assert {word: int(n) for word, n in shown.items()} == {word: words.count(word) for word in ("PASS", "WARN", "FAIL")}
+    asked = [c["action"] for path in swept.glob("*/summary.json") for c in json.loads(path.read_text())["criteria"] if c["action"]]
+    assert asked and "What to do next" in page[: page.index('id="errors"')] and "(declared: 2 runs)" in page
     for link in re.findall(r'<a href="(\d[^"]*)"', page):
         assert (swept / link).exists()
 
