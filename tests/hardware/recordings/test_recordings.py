@@ -2,7 +2,10 @@
 
 import gzip
 import hashlib
+import json
 import os
+import subprocess
+import sys
 from itertools import combinations
 from pathlib import Path
 
@@ -256,3 +259,18 @@ def test_an_alternating_pair_with_offsets_is_noisier_than_one_unit():
 
     assert shake(pair) > 10 * shake(ppm[:, 0])
     assert shake(clean) < shake(pair) / 5
+
+
+@real
+@pytest.mark.parametrize(
+    ("recording", "sensor", "code", "word"),
+    [
+        ("co2_scd30x4", "ndir", 3, "FAIL"), ("airscout32", "pa", 3, "FAIL"), ("scd30_windows", "ndir", 3, "FAIL"),
+        ("sgp30_64h", "mox_mics", 0, "WARN"), ("waag_ec", "ec", 0, "WARN"), ("smellnet", "mox_mics", 0, "PASS"),
+    ],
+)  # fmt: skip
+def test_recordings_at_a_fixed_place_end_as_their_page_says(recording, sensor, code, word, tmp_path):
+    words = ["backend=recording", f"recording={recording}", f"sensor={sensor}", "stage=[warm_up,baseline]", "report=false"]
+    done = subprocess.run([sys.executable, "-m", "oio.run", *words, f"hydra.run.dir={tmp_path / 'run'}"], cwd=CONF.parents[1], check=False)
+    assert done.returncode == code
+    assert json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["verdict"] == word
