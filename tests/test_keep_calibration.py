@@ -25,6 +25,8 @@ CALIBRATE = ("stage=[warm_up,baseline,calibrate_bouts,map_beliefs,assemble_qr]",
 class World:
     """A world in which a stage only asks for the time, and what it is."""
 
+    sensor_serial = None  # nobody has told it in the run
+
     def __init__(self, started=None, devices=()):
         self.t_ns, self.made = 0, {"started": started, "devices": dict(devices)}
 
