@@ -227,7 +227,7 @@ def test_homing_asks_for_both_ends_by_name_and_refuses_a_joint_that_was_not_turn
         (["prot=x"], "knows driver, port"),
         (["port=/dev/no", "sign=1,1,1,1,1"], "sign=1,1,1,1,1 was given, but `python -m hardware.home` knows driver, port"),
         (["port=/dev/no"], "no such port"),
-        (["port=/x", "arm=no"], "it can be franka, gantry"),
+        (["port=/x", "arm=no"], "arm can be franka, gantry"),
     ],
 )
 def test_homing_refuses_what_makes_no_sense(words, told):
