@@ -21,6 +21,7 @@ VALUE = r'([+-]?\d+(?:[.,]\d+)*(?:[eE][+-]?\d+)?(?![\d.:])|"[^"]*"|[^\s,;|\t=:"\
 PAIR = re.compile(rf"{NAME}(?:({MOMENT})(?![\d:])|{VALUE})")
 UNIT = re.compile(r"\s*([^\s\d,;|\t=:\"]+)(?=[\s,;|\t]|$)(?!\s*[=:])")
 ANNOTATION = re.compile(r'^"?#(group|datatype|default)\b[^\r\n]*[\r\n]*', re.MULTILINE)
+LIST = re.compile(r"\s*\[\s*\{")  # of JSON, on one line or indented
 Record = Mapping[str, str]
 
 
@@ -96,7 +97,7 @@ def _named_record(line: str) -> Record | None:
 
 
 def _one_object_a_line(source: Text) -> Text:
-    if not source.text.lstrip().startswith("[{"):
+    if not LIST.match(source.text):
         return source
     try:
         objects = json.loads(source.text)
