@@ -130,8 +130,8 @@ def test_other_parts_are_named(specimen, entries):
 
 def test_other_units_are_refused(specimen, entries):
     made = specimen().calibrated(None)
-    other = entries(made, "friday", sensor__tau_rise={"value": 2000.0, "u": 1.0, "unit": "ms"})
-    with pytest.raises(BadInput, match=r"sensor\.tau_rise is in s in monday, but in ms in friday"):
+    other = entries(made, "friday", sensor__element_0__baseline={"value": 2000.0, "u": 1.0, "unit": "ppb"})
+    with pytest.raises(BadInput, match=r"sensor\.element_0\.baseline is in ppm in monday, but in ppb in friday"):
         compare([entries(made), other], JUDGED)
 
 
