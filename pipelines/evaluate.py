@@ -11,7 +11,7 @@ from oio.core.settings import Within, settings
 from oio.estimators.base import Estimator
 from oio.estimators.odometry import Odometry
 from oio.inference.base import Localizer
-from oio.inference.bounds import at_truth, cramer_rao, posterior_cramer_rao
+from oio.inference.bounds import at_truth, cramer_rao, cramer_rao_over_time, posterior_cramer_rao
 from oio.inference.observability import unobservable
 from oio.kinematics.arm import Arm
 from oio.results.calibration import Calibration, Navigation
@@ -22,6 +22,7 @@ from oio.results.verdict import ScoreLimits, score
 from oio.runtime.context import Context
 from oio.search.stop_rule import StopRule
 
+BOUNDS = 50  # over time, of a search
 COLD_MAPS, COLD = ("all", "last"), ("cold", "cold_open")
 
 
@@ -56,12 +57,13 @@ class Evaluate:
         outcomes = {name: rerun.outcome(name) for name in rerun.variants}
         for name, outcome in outcomes.items():
             context.log.progress(context.world.t_ns, name, outcome.in_words())
-        bound_m, posterior_bound_m = self._bounds(rerun, context.rng)
+        bound_m, posterior_bound_m, bounds = self._bounds(rerun, context.rng)
         scored = score(outcomes["calibrated"], bound_m, self.arm.dof, self.limits, self.arm.box_sd_m)
         source = None if rerun.source is None else tuple(float(v) for v in rerun.source)
         return Evaluation(
             outcomes["cold"], outcomes["cold_open"], outcomes["calibrated"], outcomes.get("calibrated_paper_assembly"),
             rerun.dead_reckoning_m, bound_m, posterior_bound_m, self._findings(rerun), scored, source, seconds(context.world.t_ns),
+            bounds,
         )  # fmt: skip
 
     def _findings(self, rerun: Rescoring) -> Findings:
@@ -87,14 +89,17 @@ class Evaluate:
             context.log.filter_estimate(estimate)
         return rerun
 
-    def _bounds(self, rerun: Rescoring, rng: np.random.Generator) -> tuple[float | None, float | None]:
-        """Cramer-Rao at the truth and van Trees over the prior [m]."""
+    def _bounds(
+        self, rerun: Rescoring, rng: np.random.Generator
+    ) -> tuple[float | None, float | None, tuple[tuple[float, float], ...]]:  # fmt: skip
+        """Cramer-Rao at the truth, van Trees over the prior [m], and Cramer-Rao over time [s, m]."""
         odometry = rerun.variants["calibrated"].odometry
         if rerun.source is None or not odometry.hypotheses or self.arm.dof < 3:
-            return None, None
+            return None, None, ()
         sniffs, known = odometry.trace.as_arrays(), odometry.prior
         truth = at_truth(sniffs, known, odometry.hypotheses[0].mean, rerun.source)
-        return cramer_rao(sniffs, known, truth).rms_m, posterior_cramer_rao(sniffs, known, rng, self.bound_draws).rms_m
+        average = posterior_cramer_rao(sniffs, known, rng, self.bound_draws)
+        return cramer_rao(sniffs, known, truth).rms_m, average.rms_m, cramer_rao_over_time(sniffs, known, truth, BOUNDS)
 
     def _unseen(self, rerun: Rescoring) -> tuple[str, ...]:
         odometry = rerun.variants["calibrated"].odometry

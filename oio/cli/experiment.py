@@ -9,6 +9,7 @@ from typing import Any
 
 from oio import __version__
 from oio.cli import git_state
+from oio.cli.input_files import inputs_in_words
 from oio.core.interfaces import Backend, Sensor
 from oio.core.records import Array
 from oio.kinematics.arm import Arm
@@ -47,13 +48,19 @@ class Experiment:
         return int(self.identity["seed"])
 
     def about(self) -> dict[str, str]:
-        """Metadata record `oio.run` of the log: choices, configuration, overrides, versions, git state."""
+        """Metadata record `oio.run` of the log: choices, configuration, overrides, hashes of input files, versions, git state."""
         named = {key: str(value) for key, value in self.identity.items()}
-        versions = {"oio": __version__, "python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+        inputs = inputs_in_words(self.plain)
         return {
-            **named, "config": self.config_yaml, "overrides": json.dumps(self.overrides),
-            "versions": json.dumps(versions), "git": git_state.commit(), "clock": "simulated or device seconds since the world opened",
+            **named, **({"inputs": json.dumps(inputs)} if inputs else {}), "config": self.config_yaml,
+            "overrides": json.dumps(self.overrides), "versions": json.dumps(versions()), "git": git_state.commit(),
+            "clock": "simulated or device seconds since the world opened",
         }  # fmt: skip
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the project, of Python and of the packages on which numbers depend."""
+    return {"oio": __version__, "python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
 
 
 def _version(package: str) -> str:

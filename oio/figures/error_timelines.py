@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SMALLEST = 0.5  # mm, or degrees: smaller errors are drawn as that
+SMALLEST_RATIO = 0.05  # of an error to its bound
 Row = tuple[str, str, Array, Array, Array | None]  # label, colour, t_s (k,), error (k,), 95 % bound (k,), None for no bound
 
 
@@ -33,6 +34,25 @@ def source_error(axes: "Axes", story: RunHistory, columns: int = 2) -> None:
     _errors(axes, rows, unit, columns)
     search_axis(axes, story)
     _exploration_label(axes, story, float(story.source.t_s[0]))
+
+
+def error_over_bound(axes: "Axes", story: RunHistory, bounds: Array, columns: int = 2) -> None:
+    """Plot the source error over the Cramer-Rao bound of the readings up to then, log scale; `bounds` (k, 2): time [s] and bound [m]."""
+    axes.set_title("Source error over its bound", loc="left")
+    rows = list[Row]()
+    for track, label, color in (*_cold_sources(story), (story.source, "calibrated", CALIBRATED)):
+        known = track.t_s >= bounds[0, 0]
+        error, _, _ = source_errors(story, track)
+        bound_mm = 1e3 * np.exp(np.interp(track.t_s[known], bounds[:, 0], np.log(bounds[:, 1])))
+        if np.any(known):
+            rows.append((label, color, track.t_s[known], error[known] / bound_mm, None))
+    if not rows:
+        say(axes, "no belief after the readings told all directions")
+        return
+    _errors(axes, rows, "ratio", columns, SMALLEST_RATIO)
+    axes.axhline(1.0, color="black", lw=1.0, ls=":")
+    axes.set_ylabel("error over bound")
+    search_axis(axes, story)
 
 
 def nose_error(axes: "Axes", story: RunHistory, summary: Document, columns: int = 2) -> None:
@@ -72,9 +92,9 @@ def _noses(story: RunHistory) -> Iterator[tuple[TrackOverTime, str, str, str]]:
     yield story.odometry, "calibrated", CALIBRATED, "calibrated"
 
 
-def _errors(axes: "Axes", rows: list[Row], unit: str, columns: int) -> None:
+def _errors(axes: "Axes", rows: list[Row], unit: str, columns: int, smallest: float = SMALLEST) -> None:
     bounds = [bound for *_, bound in rows if bound is not None]
-    low, high = error_limits([error for *_, error, _ in rows], bounds, SMALLEST)
+    low, high = error_limits([error for *_, error, _ in rows], bounds, smallest)
     for label, color, t_s, error, bound in map(_thinned, rows):
         first = color == CALIBRATED
         axes.plot(t_s, np.maximum(error, low), color=color, lw=1.8 if first else 1.2, label=label, zorder=3 if first else 2)

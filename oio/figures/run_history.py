@@ -13,6 +13,7 @@ from oio.log import LoggedRun, read_end, read_run
 
 SEARCH = "navigate"
 SOURCE = ("source_x", "source_y", "source_z")
+OFFSET = "offset_"  # states of the joints: what their encoders read too much
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +29,7 @@ class RunHistory:
     dead: TrackOverTime  # dead reckoning: forward kinematics of the encoders
     source: TrackOverTime  # as believed
     shoulder_m: Array  # (3,) origin of bearings
-    links_m: Array  # (j + 1, 3) m: joints and nose as the arm stood at the end; (0, 3) without its model
+    links_m: Array  # (j + 1, 3) m: joints and nose at the end, by the filter or, without one, the encoders; (0, 3) without a model
     places: dict[str, Array]  # true positions of the `beacon` and the `source`, (3,) m
     left: tuple[
         tuple[Array, Array], ...
@@ -57,7 +58,7 @@ def run_history(run: LoggedRun, path: Path) -> RunHistory:
     odometry, source = track_over_time(run.odometry), track_over_time(_sources(run, search.begin_s))
     truth, odometry, dead, source = (c.during(search) for c in (truth, odometry, dead, source))
     return RunHistory(
-        run.metadata, spans, search, tuple(run.readings), truth, odometry, dead, source, _shoulder(arm), _links(arm, joints), places,
+        run.metadata, spans, search, tuple(run.readings), truth, odometry, dead, source, _shoulder(arm), _links(arm, joints, run), places,
         places_left(run.results.get(SEARCH)), estimates_by_variant(run.others),
     )  # fmt: skip
 
@@ -66,8 +67,13 @@ def _shoulder(arm: Encoders | None) -> Array:
     return np.zeros(3) if arm is None else arm.shoulder_m
 
 
-def _links(arm: Encoders | None, joints: list[JointState]) -> Array:
-    return arm.links(joints[-1].q) if arm and joints else np.zeros((0, 3))
+def _links(arm: Encoders | None, joints: list[JointState], run: LoggedRun) -> Array:
+    if arm is None or not joints:
+        return np.zeros((0, 3))
+    names, belief = run.states[-1] if run.states else ((), None)
+    offsets = [i for i, name in enumerate(names) if name.startswith(OFFSET)]
+    drift = np.zeros(len(joints[-1].q)) if belief is None or len(offsets) != len(joints[-1].q) else belief.mean[offsets]
+    return arm.links(joints[-1].q - drift)
 
 
 def _spans(stages: Iterable[tuple[int, str, str]], end_s: float) -> Iterator[Span]:

@@ -4,6 +4,7 @@ Both keep the calibrated prior of the nuisance parameters; they differ in whethe
 van Trees on average over all truths under the prior.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,9 +36,23 @@ class Bound:
 def cramer_rao(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
     """Cramer-Rao bound at theta (P,) without a prior on source position and strength (Kay 1993, 3.9)."""
     problem = search_problem(sniffs, known)
-    prior = np.asarray(np.linalg.inv(problem.cov), dtype=np.float64)
-    prior[: LN_STRENGTH + 1, :] = prior[:, : LN_STRENGTH + 1] = 0.0
-    return _bound(problem, prior + _information(problem, known, theta))
+    return _bound(problem, _without_source(problem) + _information(problem, known, theta))
+
+
+def cramer_rao_over_time(sniffs: Sniffs, known: Prior, theta: Array, most: int) -> tuple[tuple[float, float], ...]:
+    """Cramer-Rao bound (time [s], root mean square [m]) of the readings up to each of at most `most` times, the last reading's among them;
+    times at which a direction is still unobservable are left out. Whitened rows are those of the readings before them alone, so one pass
+    gives all of it."""
+    problem = search_problem(sniffs, known)
+    prior, rows = _without_source(problem), _whitened(problem, known, theta)
+    steps = np.unique(np.linspace(0, len(rows), min(most, len(rows)) + 1).astype(int))
+    information, out = prior, list[tuple[float, float]]()
+    for begin, end in itertools.pairwise(steps):
+        information = information + rows[begin:end].T @ rows[begin:end]
+        rms_m = _bound(problem, information).rms_m
+        if np.isfinite(rms_m):
+            out.append((float(sniffs.reading_t_s[end - 1]), rms_m))
+    return tuple(out)
 
 
 def van_trees(sniffs: Sniffs, known: Prior, theta: Array) -> Bound:
@@ -66,9 +81,21 @@ def marginal_information(information: Array) -> Array:
 
 def _information(problem: Problem, known: Prior, theta: Array) -> Array:
     """Fisher information (P, P) of the readings at theta; the dependence of their noise on theta is neglected."""
-    expected = problem.predict(theta)
-    rows = whiten(expected.rows, expected.along, known.model.fluctuation).rows
+    rows = _whitened(problem, known, theta)
     return np.asarray(rows.T @ rows)
+
+
+def _whitened(problem: Problem, known: Prior, theta: Array) -> Array:
+    """Jacobian (m, P) of the readings at theta, in their own independent standard deviations."""
+    expected = problem.predict(theta)
+    return whiten(expected.rows, expected.along, known.model.fluctuation).rows
+
+
+def _without_source(problem: Problem) -> Array:
+    """Information (P, P) of the prior, without what it says of the source's position and strength."""
+    prior = np.asarray(np.linalg.inv(problem.cov), dtype=np.float64)
+    prior[: LN_STRENGTH + 1, :] = prior[:, : LN_STRENGTH + 1] = 0.0
+    return prior
 
 
 def _bound(problem: Problem, information: Array) -> Bound:

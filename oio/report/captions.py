@@ -1,6 +1,10 @@
 """Captions of the figures: what is drawn, what the colours mean, and what a good one looks like."""
 
 CAPTIONS = {
+    "scene": (
+        "The search in 3-D, from one side: the arm at the end, the nose by the calibrated filter with its 95 % regions, the ranges that "
+        "calibration took from its readings, and the places left for the source."
+    ),
     "search": (
         "The search from above: where the nose was, where the filters and the encoders had it, and the source by each filter. "
         "Where the region of the source is small, an inset magnifies it; ellipses hold 95 % of a belief."
@@ -9,6 +13,10 @@ CAPTIONS = {
         "Distance of the believed source from the true one, which a bench does not know. Dotted, in the same colour: what 95 % of "
         "the errors should be below by that filter's own belief (shaded: calibrated). A line above its dots is a filter that is too "
         "sure of itself."
+    ),
+    "error_over_bound": (
+        "The same errors over the Cramer-Rao bound: what no unbiased estimator with this calibration can beat on average from the "
+        "readings up to then. About 1 is as good as can be; a lucky search has less, and a prior helps where readings are few."
     ),
     "readings": "Readings of each element in ppm, and the stages of the run. Triangles are bouts of the calibration.",
     "allan": "Allan deviation of the readings in clean air, with 95 % intervals; dashed: the fitted white noise N.",

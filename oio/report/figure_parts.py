@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from oio.figures.bout_signal import bout_signal
 from oio.figures.consistency import nis_strip, residual_histogram, residual_strip
-from oio.figures.error_timelines import source_error
+from oio.figures.error_timelines import error_over_bound, source_error
 from oio.figures.nose_tracks import nose_tracks
 from oio.figures.search_map import search_map
 from oio.report.captions import CAPTIONS
@@ -28,11 +30,17 @@ def drawings(material: Material) -> dict[str, list[Drawing]]:
     )
     search = _drawing("search", 5.6, lambda f: search_map(f.subplots(), story))
     error = _drawing("source_error", 3.4, lambda f: source_error(f.subplots(), story))
+    bounds = np.array(material.stages.get("evaluate", {}).get("bounds") or np.zeros((0, 2)))
+    over_bound = _drawing("error_over_bound", 3.0, lambda f: error_over_bound(f.subplots(), story, bounds))
     readings = _drawing("readings", 3.2, lambda f: bout_signal(f.subplots(), story, material.bouts(), material.baselines_ppm()))
     nis = _drawing("nis", 3.2, lambda f: nis_strip(f.subplots(), innovations))
     residuals = _drawing("residuals", 3.2, lambda f: _residuals(f, material))
     return {
-        "place": [*([search] if material.moved else []), *([error] if len(story.source) and "source" in story.places else [])],
+        "place": [
+            *([search] if material.moved else []),
+            *([error] if len(story.source) and "source" in story.places else []),
+            *([over_bound] if len(bounds) and len(story.source) else []),
+        ],
         "signal": [readings] if story.readings else [],
         "sensor": sensor_drawings(material),
         "filter": [nis, residuals] if innovations else [],

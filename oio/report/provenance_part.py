@@ -47,6 +47,7 @@ def provenance_part(material: Material) -> Part:
     if "reproducible" in told:
         judged = json.loads(told["reproducible"])
         rows += [("reproducible", f"{judged['word']}{': ' if judged['reasons'] else ''}{'; '.join(judged['reasons'])}")]
+    rows += [(f"input {name}", text) for name, text in json.loads(told.get("inputs", "{}")).items()]
     rows += [("SHA-256 of run.mcap", hashlib.sha256(log.read_bytes()).hexdigest())]
     config = f"<details><summary>The whole configuration</summary><pre tabindex='0'>{escaped(told.get('config', ''))}</pre></details>"
     return Part("provenance", "Provenance", table("What made this run", ("what", "value"), rows) + config)

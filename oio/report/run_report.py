@@ -14,6 +14,7 @@ from oio.report.numbers_part import calibration_part, truth_part
 from oio.report.page import Part, figure, page
 from oio.report.provenance_part import assumptions_part, provenance_part
 from oio.report.scene_3d import scripts, traces
+from oio.report.scene_picture import scene_drawing
 from oio.report.sensor_part import sensor_table
 from oio.report.verdict_part import criteria_part, lead
 from oio.report.words_part import words_part
@@ -49,8 +50,9 @@ def run_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
     parts += [part for part in (truth_part(material),) if part is not None]
     parts += [words_part(), assumptions_part(material), provenance_part(material)]
     title = f"OIO report: {headline(dict(material.identity), material.summary)}"
-    scene = scripts(traces(material)) if drawn["place"] else ""
-    return page(title, lead(material), parts, scene), [one for some in drawn.values() for one in some]
+    scene = traces(material) if drawn["place"] else []
+    figures = [*([scene_drawing(scene)] if scene else []), *(one for some in drawn.values() for one in some)]
+    return page(title, lead(material), parts, scripts(scene) if scene else ""), figures
 
 
 def _figures(anchor: str, drawn: Sequence[Drawing], material: Material) -> Part:

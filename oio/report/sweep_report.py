@@ -10,6 +10,7 @@ import numpy as np
 from oio.figures.sweep_errors import PANELS, distributions, heat_map
 from oio.report.drawing import WIDE_IN, Drawing
 from oio.report.page import Part, badge, bullets, escaped, figure, page, paragraph, table
+from oio.report.sweep_provenance import sweep_provenance
 from oio.sweep.group_table import HEADS, group_table, usual_keys
 from oio.sweep.manifest import Manifest, Outcome
 from oio.sweep.records import Record, error_of, records, shown_error
@@ -30,7 +31,7 @@ def sweep_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
     figures = f'<div class="figures">{"".join(figure(one.name, one.svg(), one.caption) for one in drawn)}</div>'
     parts = [
         Part("errors", "Errors", figures + _groups(rows)), _criteria(outcomes), _worst(folder, rows),
-        Part("provenance", "Provenance", _provenance(manifest)),
+        Part("provenance", "Provenance", sweep_provenance(manifest, rows)),
     ]  # fmt: skip
     return page(f"OIO report: sweep of {len(rows)} runs", _lead(rows, outcomes), parts), drawn
 
@@ -149,12 +150,3 @@ def _worst(folder: Path, rows: Sequence[Record]) -> Part:
 def _link(folder: Path, job: str) -> str:
     report = f"{job}/report.html" if (folder / job / "report.html").is_file() else f"{job}/"
     return f'<a href="{escaped(report)}">{escaped(job)}</a>'
-
-
-def _provenance(manifest: Manifest) -> str:
-    rows = [
-        ("command", " ".join(manifest.command)),
-        ("version of code and configuration", manifest.version),
-        ("jobs", str(len(manifest.jobs))),
-    ]
-    return table("What made this sweep", ("what", "value"), rows)

@@ -84,6 +84,7 @@ class Evaluation:
     scored: Scored
     source_m: tuple[float, ...] | None
     simulated_s: float
+    bounds: tuple[tuple[float, float], ...] = ()  # time [s] and Cramer-Rao bound [m] of the readings up to it; () without a truth
 
     @property
     def bound_ratio(self) -> float | None:

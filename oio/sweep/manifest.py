@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
+from oio.cli import git_state
+from oio.cli.experiment import versions
+from oio.cli.input_files import hash_of
 from oio.cli.run_folder import SUMMARY, is_locked, read_json, state_of, write_whole
 from oio.core.errors import BadInput
-from oio.sweep.fingerprint import hash_of
 
 MANIFEST, SWEEP_LOCK, SCHEMA = "sweep.json", "sweep.lock", "oio.sweep/1"
 INPUTS = "inputs.json"  # in a job's folder, if it reads files: their names and hashes
@@ -54,6 +56,7 @@ class Manifest:
     places: list[str] = field(default_factory=list)  # further folders on Hydra's search path
     cache: str = "on"  # whether runs of earlier sweeps are taken
     jobs: list[Job] = field(default_factory=list)
+    made_with: list[dict[str, str]] = field(default_factory=list)  # commit and versions of every process that ran jobs, each once
 
     @classmethod
     def read(cls, folder: Path) -> "Manifest":
@@ -63,14 +66,22 @@ class Manifest:
             raise BadInput(f"{folder} holds no sweep ({MANIFEST}). Give the folder of one, as `python -m oio.run -m` tells it at the end.")
         try:
             jobs = [_job(job, folder) for job in read["jobs"]]
-            return cls(folder, read["version"], read["command"], read["launcher"], read["places"], read["cache"], jobs)
-        except (KeyError, TypeError, ValueError) as error:
+            made_with = [{str(name): str(told) for name, told in one.items()} for one in read.get("made_with", [])]
+            return cls(folder, read["version"], read["command"], read["launcher"], read["places"], read["cache"], jobs, made_with)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BadInput(f"{folder / MANIFEST} cannot be read ({error!r}). Nothing was run; give another folder.") from None
+
+    def note_code(self) -> None:
+        """Note the commit and the versions of this process, which runs jobs."""
+        told = {"git": git_state.commit(), **versions()}
+        if told not in self.made_with:
+            self.made_with.append(told)
 
     def write(self) -> None:
         """Write sweep.json, whole or not at all."""
         jobs = [{"number": job.number, "overrides": list(job.words), "folder": job.folder} for job in self.jobs]
         about = {"version": self.version, "command": self.command, "launcher": self.launcher, "places": self.places, "cache": self.cache}
+        about |= {"made_with": self.made_with}
         told = {"schema": SCHEMA, **about, "jobs": jobs}
         write_whole(self.folder / MANIFEST, json.dumps(told, indent=1) + "\n")
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from oio.cli.input_files import hash_of
 from oio.cli.run_folder import LOG_IS_AT, STATUS, SUMMARY, read_json, write_whole
-from oio.sweep.fingerprint import hash_of
 from oio.sweep.manifest import INPUTS, Job, Manifest
 
 INDEX = "entry.json"

@@ -51,6 +51,8 @@ def run_sweep(manifest: Manifest, jobs: Sequence[Job], engine: Engine, store: St
     todo = [job for job in jobs if before[job].state != "done"]
     _refuse_full_disk(manifest.folder, todo)
     _tell_cost(manifest, todo, list(before.values()))
+    if todo:
+        manifest.note_code()
     manifest.write()
     _tell(list(before.values()), manifest.folder)
     for job in todo:

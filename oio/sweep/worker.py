@@ -11,11 +11,11 @@ from oio.cli.build import build
 from oio.cli.compose import compose
 from oio.cli.execute import execute
 from oio.cli.hydra_errors import known_error
+from oio.cli.input_files import input_files
 from oio.cli.run_folder import state_of, write_status
 from oio.cli.shared_stages import SharedStages
 from oio.core import interrupt
 from oio.core.folders import CONF
-from oio.sweep.fingerprint import input_files
 from oio.sweep.manifest import INPUTS, Job
 
 ONE_AT_A_TIME = threading.Lock()  # Hydra's state is global, and a worker of a cluster may have several threads

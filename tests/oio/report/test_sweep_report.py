@@ -4,10 +4,12 @@ import json
 import re
 import shutil
 import time
+from importlib import metadata
 
 import pytest
 
 from oio.report.__main__ import main
+from oio.report.sweep_provenance import in_ranges
 
 pytestmark = pytest.mark.long
 
@@ -25,6 +27,16 @@ def test_a_sweep_has_one_page_with_links_to_its_runs(swept, tmp_path):
     assert asked and "What to do next" in page[: page.index('id="errors"')] and "(declared: 2 runs)" in page
     for link in re.findall(r'<a href="(\d[^"]*)"', page):
         assert (swept / link).exists()
+
+
+def test_the_provenance_of_a_sweep_is_whole(swept, tmp_path):
+    out = tmp_path / "sweep.html"
+    assert main([str(swept), "--out", str(out)]) == 0
+    provenance = out.read_text(encoding="utf-8").partition('id="provenance"')[2]
+    shown = {re.sub(r"<[^>]*>", "", one): re.sub(r"<[^>]*>", "", two) for one, two in re.findall(r"<tr>(<t.*?)(<td.*?)</tr>", provenance, re.S)}
+    assert shown["seeds"].strip() == "4" and shown["version of numpy"].strip() == metadata.version("numpy")
+    assert re.fullmatch(r"[0-9a-f]{40}(-dirty)?|no git|no commit", shown["commit"].strip())
+    assert "python -m oio.run -m" in shown["command"]
 
 
 def test_two_hundred_runs_are_told_in_seconds_and_in_few_bytes(swept, tmp_path):
@@ -51,3 +63,8 @@ def test_a_job_that_failed_is_the_first_to_look_at(swept, tmp_path):
         status.write_text(before)
     page = (tmp_path / "sweep.html").read_text()
     assert "1 of 2 runs are done." in page and "not done: failed" in page and 'class="lead fail"' in page
+
+
+@pytest.mark.parametrize(("numbers", "words"), [([], "not known"), ([3], "3"), ([0, 1, 2, 5, 7, 8], "0 to 2, 5, 7 to 8")])
+def test_seeds_are_told_as_ranges(numbers, words):
+    assert in_ranges(numbers) == words

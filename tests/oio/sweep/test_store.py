@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 from omegaconf import OmegaConf
 
+from oio.cli.input_files import input_files
 from oio.sweep import fingerprint
 from oio.sweep import store as store_module
-from oio.sweep.fingerprint import folders_of, input_files, version_of_everything
+from oio.sweep.fingerprint import folders_of, version_of_everything
 from oio.sweep.manifest import Job
 from oio.sweep.store import Store
 
