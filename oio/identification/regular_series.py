@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from oio.core.errors import NotObservable
 from oio.core.records import Array
 
+FEWEST = 16  # readings of which anything is told
 FILLED = 2  # this many missing readings in a row are interpolated; a longer gap splits the record
 
 
@@ -26,16 +27,16 @@ class RegularSeries:
         return len(self.value) * self.period_s
 
 
-def regular(t_s: Array, value: Array) -> RegularSeries:
+def regular(t_s: Array, value: Array, fewest: int = FEWEST) -> RegularSeries:
     """Return the longest stretch of readings t_s (n,) s, increasing, value (n,) at their median period.
 
     Intervals are rounded to whole periods, so jitter below half a period is left as it is. Readings less than half a period apart are
     averaged, gaps of up to two readings are interpolated linearly, and longer ones split the record. Raises NotObservable for fewer
-    than 16 readings in the stretch.
+    than `fewest` readings in the stretch.
     """
-    if len(t_s) < 16:
+    if len(t_s) < fewest:
         raise NotObservable(
-            f"{len(t_s)} readings are too few to identify anything, 16 are needed; record longer, e.g. stage.warm_up.drift_record_s=60."
+            f"{len(t_s)} readings are too few to identify anything, {fewest} are needed; record longer, e.g. stage.warm_up.drift_record_s=60."
         )
     period_s = float(np.median(np.diff(t_s)))
     cell = np.concatenate([[0], np.cumsum(np.rint(np.diff(t_s) / period_s).astype(np.int64))])
@@ -43,9 +44,9 @@ def regular(t_s: Array, value: Array) -> RegularSeries:
     mean, start_s = np.add.reduceat(value, first) / np.diff([*first, len(value)]), t_s[first]
     begin, end = _longest(kept)
     grid = np.arange(kept[begin], kept[end - 1] + 1)
-    if len(grid) < 16:
+    if len(grid) < fewest:
         raise NotObservable(
-            f"the longest unbroken stretch has {len(grid)} readings at {period_s:.3g} s, 16 are needed; record longer or without gaps."
+            f"the longest unbroken stretch has {len(grid)} readings at {period_s:.3g} s, {fewest} are needed; record longer or without gaps."
         )
     inside = slice(begin, end)
     averaged, filled = int(first[end] if end < len(first) else len(value)) - int(first[begin]) - (end - begin), len(grid) - (end - begin)

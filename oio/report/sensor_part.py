@@ -12,6 +12,7 @@ from oio.report.material import Material
 from oio.report.page import paragraph, table
 
 HEADS = ("element", "quantity", "value", "95 % interval", "unit")
+FEWEST = 12  # readings, as many as the clean air of a default run has at least: they tell white noise, within a factor of two
 MEANING = {"N": "white noise", "B": "bias instability", "K": "random walk", "R": "drift"}
 
 
@@ -52,7 +53,7 @@ def allan_fits(material: Material) -> tuple[dict[str, AllanFit], dict[str, str]]
     fits, refused = dict[str, AllanFit](), dict[str, str]()
     for name, (t_s, ppm) in material.clean_air().items():
         try:
-            fits[name] = fit_allan(allan_curve(regular(t_s, ppm)))
+            fits[name] = fit_allan(allan_curve(regular(t_s, ppm, FEWEST)))
         except NotObservable as reason:
             refused[name] = str(reason)
     return fits, refused

@@ -8,7 +8,7 @@ import pytest
 from oio.gas.fluctuation import Fluctuation
 from oio.gas.whitening import whiten
 from oio.inference.belief_map import search_problem
-from oio.inference.bounds import at_truth, cramer_rao, marginal_information, posterior_cramer_rao, van_trees
+from oio.inference.bounds import at_truth, cramer_rao, cramer_rao_over_time, marginal_information, posterior_cramer_rao, van_trees
 from oio.inference.map_fit import solve
 from oio.inference.prior import Prior
 
@@ -34,6 +34,18 @@ def test_more_readings_and_calmer_air_lower_the_bound(lab):
     assert 0 < whole < half
     calm = Prior(made.mean, made.cov, replace(made.model, fluctuation=Fluctuation(1.0, 0.02, 0.3)))
     assert cramer_rao(sniffs, calm, theta).rms_m < whole
+
+
+def test_over_time_the_bound_falls_to_that_of_all_readings(lab):
+    made = lab(3, 1, seed=1)
+    theta = made.theta()
+    sniffs = made.problem(theta, poses=12).sniffs
+    t_s, rms_m = np.array(cramer_rao_over_time(sniffs, made.known, theta, 20)).T
+    assert len(t_s) > 10 and np.all(np.diff(t_s) > 0) and np.all(np.diff(rms_m) <= 1e-12)
+    assert t_s[-1] == sniffs.reading_t_s[-1]
+    assert rms_m[-1] == pytest.approx(cramer_rao(sniffs, made.known, theta).rms_m, rel=1e-9)
+    early = sniffs.between(0.0, t_s[5])
+    assert rms_m[5] == pytest.approx(cramer_rao(early, made.known, theta).rms_m, rel=0.01)
 
 
 def test_knowing_the_nuisances_less_raises_the_bound(lab):

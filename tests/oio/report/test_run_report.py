@@ -1,6 +1,7 @@
 """The report of a run: verdict and next action first, everything in one file, refused where there is nothing to report."""
 
 import errno
+import hashlib
 import html
 import json
 import re
@@ -13,12 +14,13 @@ import numpy as np
 import pytest
 
 from oio.report.__main__ import main
+from oio.report.material import Material
 from oio.report.verdict_part import answer
 
 pytestmark = pytest.mark.long
 
 PARTS = ("criteria", "place", "signal", "sensor", "filter", "nose", "calibration", "truth", "assumptions", "provenance")
-FIGURES = ("search", "source_error", "readings", "allan", "step", "nis", "residuals", "nose")
+FIGURES = ("search", "source_error", "error_over_bound", "readings", "allan", "step", "nis", "residuals", "nose")
 
 
 def text_of(path):
@@ -95,7 +97,9 @@ def test_the_provenance_is_whole(report):
 def test_the_same_run_gives_the_same_bytes_and_its_figures_as_files(made, report, tmp_path):
     assert main([str(made[0]), "--out", str(tmp_path / "again.html"), "--figures", str(tmp_path / "figures")]) == 0
     assert (tmp_path / "again.html").read_bytes() == report.read_bytes()
-    assert {path.name for path in (tmp_path / "figures").iterdir()} == {f"{name}.{kind}" for name in FIGURES for kind in ("svg", "png")}
+    assert {path.name for path in (tmp_path / "figures").iterdir()} == {
+        f"{name}.{kind}" for name in (*FIGURES, "scene") for kind in ("svg", "png")
+    }
     for path in (tmp_path / "figures").glob("*.svg"):
         assert ElementTree.parse(path).getroot().tag.endswith("svg")
 
@@ -120,6 +124,24 @@ def clean_air(tmp_path_factory, command):
     done = command("sensor=mox_mics", "dof=3", "stage=[warm_up,baseline]", f"hydra.run.dir={folder}")
     assert done.returncode in (0, 3), done.stderr
     return folder
+
+
+def test_the_files_that_were_read_have_their_hashes(tmp_path, command):
+    log = tmp_path / "lab.csv"
+    rows = np.random.default_rng(1).normal(400.0, 2.0, 120)
+    log.write_text("time [s],co2 [ppm]\n" + "".join(f"{i},{ppm:.1f}\n" for i, ppm in enumerate(rows)))
+    words = "backend=recording", "recording=csv", f"recording.file={log}", "sensor=ndir", "stage=[warm_up,baseline]"
+    done = command(*words, f"hydra.run.dir={tmp_path / 'run'}")
+    assert done.returncode in (0, 3), done.stderr
+    told = f"input {log} {log.stat().st_size} bytes, SHA-256 {hashlib.sha256(log.read_bytes()).hexdigest()}"
+    assert told in " ".join(text_of(tmp_path / "run" / "report.html").split())
+
+
+def test_the_arm_ends_at_the_nose_of_the_calibrated_filter(made):
+    """Its joints are the filter's: those of the encoders alone end where drift has taken them."""
+    story = Material.read(made[0]).story
+    np.testing.assert_allclose(story.links_m[-1], story.odometry.p_m[-1], atol=2e-3)
+    assert np.linalg.norm(story.dead.p_m[-1] - story.odometry.p_m[-1]) > 5e-3
 
 
 def test_parts_without_anything_to_show_are_left_out(clean_air):
