@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
@@ -44,8 +45,16 @@ def paths():
 
 @pytest.mark.parametrize(("topic", "fields", "filters"), list(paths()))
 def test_every_topic_and_field_is_in_the_log(messages, topic, fields, filters):
+    topic = re.sub(r"^/gas/\w+/", "/gas/ec/", topic)  # the run's sensor; the plot has one for each
     assert topic in messages
     assert {*fields[:1], *filters} <= {field.name for field in messages[topic].DESCRIPTOR.fields}
+
+
+def test_the_readings_of_every_sensor_and_element_are_plotted():
+    sensors = [yaml.safe_load(path.read_text(encoding="utf-8")) for path in (ROOT / "conf" / "sensor").glob("*.yaml")]
+    wanted = {f"/gas/{sensor['name']}/reading{{element=={e}}}.ppm" for sensor in sensors for e in range(sensor["elements"])}
+    plots = [{path["value"] for path in panel.get("paths", ())} for panel in PANELS.values()]
+    assert sensors and wanted in plots
 
 
 def panels(node):

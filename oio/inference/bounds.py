@@ -100,7 +100,10 @@ def _without_source(problem: Problem) -> Array:
 
 def _bound(problem: Problem, information: Array) -> Bound:
     scale = np.sqrt(np.diag(problem.cov))  # metres, ppm and rad/s^2 in one matrix are ill conditioned
-    marginal = marginal_information(scale[:, None] * information * scale)
+    try:
+        marginal = marginal_information(scale[:, None] * information * scale)
+    except np.linalg.LinAlgError:  # nothing is known of the strength: no reading in gas yet
+        return Bound(np.diag(np.full(3, np.inf)))
     values = np.linalg.eigvalsh(marginal)
     if values[0] <= MIN_INFORMATION * max(1.0, float(values[-1])):
         return Bound(np.diag(np.full(3, np.inf)))

@@ -13,6 +13,7 @@ from oio.figures.search_map import search_map
 from oio.report.captions import CAPTIONS
 from oio.report.drawing import WIDE_IN, Drawing
 from oio.report.material import Material
+from oio.report.numbers_part import LARGEST_BOUND_M
 from oio.report.sensor_part import sensor_drawings
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ def drawings(material: Material) -> dict[str, list[Drawing]]:
     )
     search = _drawing("search", 5.6, lambda f: search_map(f.subplots(), story))
     error = _drawing("source_error", 3.4, lambda f: source_error(f.subplots(), story))
-    bounds = np.array(material.stages.get("evaluate", {}).get("bounds") or np.zeros((0, 2)))
+    found = np.array(material.stages.get("evaluate", {}).get("bounds") or np.zeros((0, 2)))
+    bounds = found[found[:, 1] < LARGEST_BOUND_M]
     over_bound = _drawing("error_over_bound", 3.0, lambda f: error_over_bound(f.subplots(), story, bounds))
     readings = _drawing("readings", 3.2, lambda f: bout_signal(f.subplots(), story, material.bouts(), material.baselines_ppm()))
     nis = _drawing("nis", 3.2, lambda f: nis_strip(f.subplots(), innovations))

@@ -48,6 +48,15 @@ def test_over_time_the_bound_falls_to_that_of_all_readings(lab):
     assert rms_m[5] == pytest.approx(cramer_rao(early, made.known, theta).rms_m, rel=0.01)
 
 
+def test_without_gas_the_bound_is_infinite(lab):
+    made = lab(3, 1, seed=1)
+    theta = made.theta()
+    sniffs = made.problem(theta, poses=12).sniffs
+    theta[3] = -800.0  # ln ppm: a source that emits nothing
+    assert np.isinf(cramer_rao(sniffs, made.known, theta).rms_m)
+    assert cramer_rao_over_time(sniffs, made.known, theta, 20) == ()
+
+
 def test_knowing_the_nuisances_less_raises_the_bound(lab):
     made = lab(3, 1, seed=2)
     theta = made.theta()
