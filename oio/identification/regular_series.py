@@ -36,7 +36,7 @@ def regular(t_s: Array, value: Array, fewest: int = FEWEST) -> RegularSeries:
     """
     if len(t_s) < fewest:
         raise NotObservable(
-            f"{len(t_s)} readings are too few to identify anything, {fewest} are needed; record longer, e.g. stage.warm_up.drift_record_s=60."
+            f"{len(t_s)} readings are too few to identify anything, {fewest} are needed; record longer: stage.warm_up.drift_record_s=60."
         )
     period_s = float(np.median(np.diff(t_s)))
     cell = np.concatenate([[0], np.cumsum(np.rint(np.diff(t_s) / period_s).astype(np.int64))])
@@ -46,7 +46,7 @@ def regular(t_s: Array, value: Array, fewest: int = FEWEST) -> RegularSeries:
     grid = np.arange(kept[begin], kept[end - 1] + 1)
     if len(grid) < fewest:
         raise NotObservable(
-            f"the longest unbroken stretch has {len(grid)} readings at {period_s:.3g} s, {fewest} are needed; record longer or without gaps."
+            f"the longest unbroken stretch has {len(grid)} readings at {period_s:.3g} s, {fewest} are needed; record longer, without gaps."
         )
     inside = slice(begin, end)
     averaged, filled = int(first[end] if end < len(first) else len(value)) - int(first[begin]) - (end - begin), len(grid) - (end - begin)

@@ -58,12 +58,9 @@ def _points(axes: Any, trace: Trace, order: int) -> None:
 
 
 def _mesh(axes: Any, trace: Trace, order: int) -> None:
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    corners = np.stack([trace[name] for name in "ijk"], axis=1)
-    faces = Poly3DCollection(_xyz(trace)[corners], facecolor=trace["color"], alpha=0.5 * trace["opacity"], lw=0, zorder=order)
+    corners, style = np.stack([trace[name] for name in "ijk"], axis=1), {"color": trace["color"], "alpha": 0.5 * trace["opacity"]}
+    faces = axes.plot_trisurf(*_xyz(trace).T, triangles=corners, lw=0, shade=False, zorder=order, **style)
     faces.set_rasterized(True)  # hundreds of triangles each: as a picture they are a tenth of the bytes
-    axes.add_collection3d(faces)
 
 
 def _xyz(trace: Trace) -> Array:

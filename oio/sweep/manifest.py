@@ -81,8 +81,7 @@ class Manifest:
         """Write sweep.json, whole or not at all."""
         jobs = [{"number": job.number, "overrides": list(job.words), "folder": job.folder} for job in self.jobs]
         about = {"version": self.version, "command": self.command, "launcher": self.launcher, "places": self.places, "cache": self.cache}
-        about |= {"made_with": self.made_with}
-        told = {"schema": SCHEMA, **about, "jobs": jobs}
+        told = {"schema": SCHEMA, **about, "made_with": self.made_with, "jobs": jobs}
         write_whole(self.folder / MANIFEST, json.dumps(told, indent=1) + "\n")
 
     def outcome(self, job: Job) -> Outcome:
