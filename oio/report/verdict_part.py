@@ -1,7 +1,9 @@
 """First of all: the verdict, what to do next, and the criteria with value, limit and action."""
 
 import importlib
+import shlex
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -83,8 +85,15 @@ def actions(material: Material) -> list[str]:
     if material.summary.get("calibration") is None:
         return ["Go on: run the stages calibrate_bouts, map_beliefs and assemble_qr as well."]
     kept = f"{material.summary.get('sensor')} dof={material.summary.get('dof')}"
-    again = f"python -m oio.run sensor={kept} calibration=RUN/calibration.yaml 'stage=[warm_up,baseline,navigate,evaluate]'"
-    return [f"Keep the calibration.yaml of this run, and begin later runs in the same air with it, where RUN is its folder: {again}"]
+    file = shlex.quote(f"calibration={_from_here(material.folder) / 'calibration.yaml'}")
+    again = f"python -m oio.run sensor={kept} {file} 'stage=[warm_up,baseline,navigate,evaluate]'"
+    return [f"Keep the calibration.yaml of this run, and begin later runs in the same air with it: {again}"]
+
+
+def _from_here(folder: Path) -> Path:
+    """A folder as one would type it in the current one."""
+    whole, here = folder.resolve(), Path.cwd()
+    return whole.relative_to(here) if whole.is_relative_to(here) else whole
 
 
 def _criteria(material: Material) -> list[dict[str, Any]]:

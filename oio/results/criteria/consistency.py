@@ -27,7 +27,7 @@ class GasRange(Criterion):
             return Measured(0.0, "of the calibration's", "no move of the search met gas, only noise", below=NO_GAS)
         pairs = zip(search.gas_ppm, made.highest_ppm, made.baselines, strict=True)
         ratio, highest = max((met / max(known, base.sigma_ppm), known) for met, known, base in pairs)
-        said = f"95 % of the search's gas is below {ratio:.2g} times the calibration's strongest ({highest:.4g} ppm)"
+        said = f"95 % of the search's gas is below {float(f'{ratio:.2g}'):g} times the calibration's strongest ({highest:.4g} ppm)"
         return Measured(
             ratio, "of the calibration's", said,
             below="The beacon was much stronger: calibrate farther from it (stage.map_beliefs.distances_m), or with a weaker one.",

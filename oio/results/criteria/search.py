@@ -1,8 +1,8 @@
 """Criteria of a search: what its motion could see, in what world, and is the region small enough to be a place."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from oio.core.settings import settings
+from oio.core.settings import Within, settings
 from oio.inference.map_fit import CALIBRATED
 from oio.results.criteria.judgement import RECALIBRATE, SEARCH, Criterion, Measured, Results
 from oio.results.evaluation import Evaluation
@@ -41,18 +41,24 @@ class Observable(Criterion):
 
 @settings
 class SameWorld(Criterion):
-    """Whether the calibrated world explains the search (0), or another one does better (1): a wall, a wind, a second source."""
+    """Whether the calibrated world explains the search (0), another one does better, such as a wall, a wind, a second source (1), or not
+    even that one does, by the overdispersion of its residuals (2)."""
 
     about: ClassVar[str] = SEARCH
+    unexplained: Annotated[float, Within(1.0, 1e6)]  # overdispersion from which another world does not explain the search either
 
     def measure(self, results: Results) -> Measured | None:
         """None without a map."""
         found = evaluation(results)
         if found is None or found.calibrated.believed_m is None:
             return None
-        world = found.calibrated.world
-        said = "the calibrated world explains the search" if world == CALIBRATED else f"{world} explains the search better"
-        return Measured(float(world != CALIBRATED), "1", said, above=RECALIBRATE)
+        world, residuals = found.calibrated.world, found.findings.residuals
+        if world == CALIBRATED:
+            return Measured(0.0, "1", "the calibrated world explains the search")
+        if residuals is not None and residuals.overdispersion > self.unexplained:
+            said = f"the calibrated world does not explain the search, and {world}, which does better, does not either"
+            return Measured(2.0, "1", said, above=RECALIBRATE)
+        return Measured(1.0, "1", f"{world} explains the search better", above=RECALIBRATE)
 
     def allowed(self, unit: str) -> str:
         """In words, as the value is yes or no."""
@@ -101,7 +107,7 @@ class Localised(Criterion):
 
 @settings
 class Declared(Criterion):
-    """Whether the search declared a source by its own stop rule (1) or ran out of moves or time (0)."""
+    """Whether the search declared a source by its own stop rule (1), ran out of moves or time (0), or made no map at all (-1)."""
 
     about: ClassVar[str] = SEARCH
 
@@ -111,6 +117,10 @@ class Declared(Criterion):
         if found is None or found.findings.dof < 3:
             return None
         outcome = found.calibrated
+        if outcome.believed_m is None:
+            return Measured(
+                -1.0, "1", f"{outcome.moves} moves, and no map: there is nothing to declare", below="Raise stage.navigate.max_moves."
+            )
         said = f"declared after {outcome.moves} moves" if outcome.found else f"the source was not declared within {outcome.moves} moves"
         return Measured(
             float(outcome.found), "1", said, below="The position is unverified: raise stage.navigate.max_moves.",
