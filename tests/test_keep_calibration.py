@@ -253,6 +253,7 @@ def test_what_ends_with_the_baseline_leaves_it(made, tmp_path):
     left = yaml.safe_load((tmp_path / "run" / "calibration.yaml").read_text())
     entry = left["sensor"]["element_0"]["baseline"]
     assert left["holds_for"]["serial"] == "12" == json.loads((tmp_path / "run" / "summary.json").read_text())["sensor_serial"]
+    assert left["made"] == {"started": None, "devices": {}}  # of a simulation
     assert left["schema"] == "oio.results.baseline/1" and entry["unit"] == "ppm" and entry["u"] > 0
     refused = run(tmp_path / "next", "stage=[navigate,evaluate]", f"calibration={tmp_path / 'run' / 'calibration.yaml'}")
     assert refused.returncode == 2 and "a run can begin with oio.results.calibration/1 alone" in refused.stderr

@@ -74,7 +74,7 @@ def execute(
         document = _summary(
             _identity(experiment, performed), results, verdict, performed, time.monotonic() - began, reproducible(devices_of(world))
         )
-        _keep_baseline(_identity(experiment, performed), results, verdict, out / "calibration.yaml")
+        _keep_baseline(world, _identity(experiment, performed), results, verdict, out / "calibration.yaml")
         write_whole(out / SUMMARY, to_json(document))
     return document
 
@@ -162,9 +162,10 @@ def _summary(
     return summary(identity, calibration, found, verdict, wall_s, judged, protocol)
 
 
-def _keep_baseline(told: Mapping[str, Any], results: Mapping[type, object], verdict: Verdict, path: Path) -> None:
+def _keep_baseline(world: World, told: Mapping[str, Any], results: Mapping[type, object], verdict: Verdict, path: Path) -> None:
     """A run that ended with the baseline leaves what it has found of the sensor."""
     base = results.get(BaselineResult)
     if isinstance(base, BaselineResult) and Calibration not in results:
         held = {"sensor": told["sensor"], "serial": told["sensor_serial"], "profile": told["profile"], "air": told["air"]}
-        write_whole(path, baseline_yaml(base, verdict, held))
+        made: dict[str, object] = {"started": getattr(world, "began_utc", None), "devices": dict(devices_of(world))}
+        write_whole(path, baseline_yaml(base, verdict, held, made))

@@ -21,7 +21,8 @@ CAPTIONS = {
     "readings": "Readings of each element in ppm, and the stages of the run. Triangles are bouts of the calibration.",
     "allan": "Allan deviation of the readings in clean air, with 95 % intervals; dashed: the fitted white noise N.",
     "step": (
-        "Response of the sensor to a step of gas by the calibrated lag; bands are two standard uncertainties, points mark 90 % of the step."
+        "Response of the sensor to a step of gas by the calibrated lag, from readings and data sheet together (the criterion "
+        "steps tells what the readings say alone); bands are two standard uncertainties, points mark 90 % of the step."
     ),
     "nis": (
         "Squared innovations over their variance: 1 on average if Q and R are right. Above it the filter is too sure of itself, "

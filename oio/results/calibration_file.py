@@ -44,14 +44,17 @@ def calibration_yaml(
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
 
 
-def baseline_yaml(base: BaselineResult, verdict: Verdict, holds_for: Mapping[str, str | None]) -> str:
-    """Return the file of a run that ended with the baseline: offsets and noise of the sensor, and no more. No run can begin with it."""
+def baseline_yaml(base: BaselineResult, verdict: Verdict, holds_for: Mapping[str, str | None], made: dict[str, object]) -> str:
+    """Return the file of a run that ended with the baseline: offsets and noise of the sensor, and no more. No run can begin with it.
+
+    `made`: when, and on which devices.
+    """
     elements = {
         f"element_{e}": {"baseline": entry(b.ppm, b.u_ppm, "ppm", b.n_effective - 1, "A"), "readings": b.n, "sigma_ppm": b.sigma_ppm}
         for e, b in enumerate(base.elements)
     }
     document = {
-        "schema": BASELINE_SCHEMA, "sensor": {**elements, "noise_over_data_sheet": base.noise_scale}, "holds_for": holds_for,
+        "schema": BASELINE_SCHEMA, "made": made, "sensor": {**elements, "noise_over_data_sheet": base.noise_scale}, "holds_for": holds_for,
         "verdict": _verdict(verdict),
     }  # fmt: skip
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
