@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.stats import chi2, norm
+from scipy.special import ndtri
 
 from oio.core.errors import NotObservable
 from oio.core.records import Array
-from oio.identification.allan import COVERAGE, RANDOM_WALK, AllanCurve, degrees_of_freedom, octaves
+from oio.identification.allan import COVERAGE, RANDOM_WALK, AllanCurve, chi2_quantile, degrees_of_freedom, octaves
 
 TERMS = ("N", "B", "K", "R")
 UNITS = {"N": "ppm*sqrt(s)", "B": "ppm", "K": "ppm/sqrt(s)", "R": "ppm/s"}
@@ -69,7 +69,7 @@ def has_floor(curve: AllanCurve) -> bool:
     the valley between white noise and a random walk is no floor either.
     """
     without, squares = _nnls(curve, flicker=False), _nnls(curve, flicker=True)
-    if _misfit(curve, without) - _misfit(curve, squares) < SHARED * chi2.ppf(0.99, 1):
+    if _misfit(curve, without) - _misfit(curve, squares) < SHARED * float(chi2_quantile(0.99, 1)):
         return False
     model = _design(curve.tau_s) @ squares
     lowest = int(np.argmin(model))
@@ -141,7 +141,7 @@ def _coefficient(name: str, square: float, u_square: float) -> Coefficient:
     """Interval of a root: by chi-square with the square's own degrees of freedom; an upper limit where the square is not above zero."""
     edf = 2.0 * (square / u_square) ** 2
     tail = 0.5 * (1.0 - COVERAGE)
-    if square < norm.ppf(COVERAGE) * u_square:
-        return Coefficient(name, UNITS[name], None, 0.0, float(np.sqrt(square + norm.ppf(COVERAGE) * u_square)))
-    low, high = edf * square / chi2.ppf(1.0 - tail, edf), edf * square / chi2.ppf(tail, edf)
+    if square < float(ndtri(COVERAGE)) * u_square:
+        return Coefficient(name, UNITS[name], None, 0.0, float(np.sqrt(square + float(ndtri(COVERAGE)) * u_square)))
+    low, high = edf * square / chi2_quantile(1.0 - tail, edf), edf * square / chi2_quantile(tail, edf)
     return Coefficient(name, UNITS[name], float(np.sqrt(square)), float(np.sqrt(low)), float(np.sqrt(high)))

@@ -18,6 +18,7 @@ from oio.report.scene_picture import scene_drawing
 from oio.report.sensor_part import sensor_table
 from oio.report.verdict_part import criteria_part, lead
 from oio.report.words_part import words_part
+from oio.results.yaml_fields import SAFE
 
 HEADINGS = {
     "place": "Where the source is",
@@ -41,7 +42,7 @@ def run_report(folder: Path) -> tuple[str, Sequence[Drawing]]:
     """Return the page of the run in `folder`, and its figures. Raises BadInput where there is no run that is done."""
     material = Material.read(folder)
     drawn = drawings(material)
-    published = yaml.safe_load((CONF / "table_1.yaml").read_text(encoding="utf-8"))
+    published = yaml.load((CONF / "table_1.yaml").read_bytes(), Loader=SAFE)
     parts = [
         criteria_part(material),
         *(_figures(anchor, drawn[anchor], material) for anchor in HEADINGS if drawn[anchor] or anchor == "sensor"),

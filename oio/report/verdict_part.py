@@ -14,6 +14,7 @@ from oio.inference.metrics import bearing
 from oio.report.material import Material
 from oio.report.origin import is_recorded, origin
 from oio.report.page import NOTHING, Part, badge, bullets, escaped, paragraph, table
+from oio.results.yaml_fields import SAFE
 
 MEANING = {
     "PASS": "It can be trusted: every criterion is within its limits.",
@@ -102,7 +103,7 @@ def _criteria(material: Material) -> list[dict[str, Any]]:
 
 def explained(names: Iterable[str]) -> Iterator[tuple[str, str]]:
     """Yield the standard criteria with what each means: the first lines of its class."""
-    standard = yaml.safe_load((CONF / "verdict" / "standard.yaml").read_text(encoding="utf-8"))["criteria"]
+    standard = yaml.load((CONF / "verdict" / "standard.yaml").read_bytes(), Loader=SAFE)["criteria"]
     for name in names:
         if name in standard:
             module, _, kind = standard[name]["_target_"].rpartition(".")
