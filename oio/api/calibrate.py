@@ -11,7 +11,7 @@ from oio.api.calibration import Calibration
 from oio.api.calibration_file import calibration_of
 from oio.api.clean_air import baselines_of, columns
 from oio.api.clock_offset import clock_offset, moved_earlier
-from oio.api.left_out import without_glitches
+from oio.api.left_out import sensible
 from oio.api.location import fitting
 from oio.api.path_stream import stream
 from oio.api.samples import JointPath, NosePath, Readings
@@ -52,7 +52,7 @@ def calibrate(
     with the sensor `ec`. `clock_u_s` [s]: standard uncertainty of an offset between the stamps of readings and of poses, either way, for
     which the readings at the source are searched; 0: they have one clock; None: 0.5 for a `NosePath`, but for joints, and where the setup
     tells a delay (nominal.delay_s, delay_u_s), what that says. Takes some seconds. Warns
-    (`oio.LeftOut`) of single readings that the sensor cannot have given, and leaves them out.
+    (`oio.LeftOut`) of readings that are no measurement, and of single ones that the sensor cannot have given, and leaves them out.
     Raises BadInput for what does not fit together, NotObservable for too few readings.
     """
     array_input.expected("readings", readings, Readings, "oio.Readings(t_s, ppm=ppm)")
@@ -67,8 +67,8 @@ def calibrate(
         )
     _refuse_far(array_input.vector("beacon_m", beacon_m, 3), arm, poses)
     ends_s = _ends(measurement_ends_s, lit)
-    sensible = without_glitches([r for s in (clean, lit) for r in readings.between(*s).records(setup.nose, nominal.sigma_ppm)], setup)
-    air, gas = ([r for r in sensible if (seconds(r.t_ns) <= clean[1]) is early] for early in (True, False))
+    measured = sensible([readings.between(*span) for span in (clean, lit)], setup)
+    air, gas = ([r for r in measured if (seconds(r.t_ns) <= clean[1]) is early] for early in (True, False))
     baselines, noise_scale = baselines_of(air, setup)
     place = array_input.vector("beacon_m", beacon_m, 3), float(array_input.vector("beacon_u_m", [beacon_u_m])[0])
     offsets = np.array([b.ppm for b in baselines]), np.array([b.u_ppm for b in baselines])

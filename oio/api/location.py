@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from oio.api.array_input import expected
 from oio.api.calibration import Calibration, chosen_setup, prior_of
 from oio.api.clock_offset import moved_earlier
-from oio.api.left_out import without_glitches
+from oio.api.left_out import sensible
 from oio.api.path_stream import fed
 from oio.api.samples import JointPath, NosePath, Readings
 from oio.api.setup import MARGIN_M, Setup
@@ -84,8 +84,9 @@ def locate(
     `calibration`: of this sensor in this air; None: data sheets and nominal models, and `setup` is needed. `box_m` (2, 3) [m]: lower and
     upper corner of where the source may be; None: the arm's workspace box, or of a `NosePath` its extent and 0.3 m around.
     `measurements`: places at which the nose sniffed, by which the calibration's Type B uncertainty goes down; 1 is on the safe side.
-    `assembly` of Q and R: gum or paper. Warns (`oio.LeftOut`) of single readings that the sensor cannot have given, and leaves
-    them out. Raises BadInput for what does not fit together, NotObservable for fewer than two readings.
+    `assembly` of Q and R: gum or paper. Warns (`oio.LeftOut`) of readings that are no measurement, and of single ones that
+    the sensor cannot have given, and leaves them out. Raises BadInput for what does not fit together, NotObservable for fewer than two
+    readings.
     """
     expected("readings", readings, Readings, "oio.Readings(t_s, ppm=ppm)")
     expected("poses", poses, JointPath, "oio.NosePath(t_s, p_m)")
@@ -95,7 +96,7 @@ def locate(
         poses = moved_earlier(poses, -calibration.delay_s)
         readings = readings.between(*(float(np.asarray(poses.t_s)[i]) for i in (0, -1)))
     odometry = Odometry(setup.part("ekf"), prior_of(calibration, setup, arm, assembly), setup.part("belief_map"))
-    fed(odometry, poses, without_glitches(readings.records(setup.nose, setup.part("nominal").sigma_ppm), setup))
+    fed(odometry, poses, sensible([readings], setup))
     odometry.locate(measurements)
     return Location.of(odometry, setup, calibration)
 

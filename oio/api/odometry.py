@@ -1,18 +1,25 @@
 """`Odometry`: the filter in another program's loop. Joints and readings go in as they come, beliefs of source and nose come out."""
 
+import warnings
+from collections import Counter
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from oio.api import array_input
 from oio.api.calibration import Calibration, chosen_setup, prior_of
+from oio.api.left_out import LeftOut, told_of_glitches
 from oio.api.location import Location
-from oio.api.samples import FARTHEST_M, check_element
+from oio.api.samples import FARTHEST_M, check_element, no_measurement
 from oio.api.setup import Setup
 from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, GasReading, GasSample, Innovation, JointState
 from oio.estimators import odometry
+from oio.gas.glitches import glitches
 from oio.inference.state_space import StateSpace
 from oio.kinematics.finite_differences import FiniteDifferences
+
+GLITCH = "glitch"
 
 
 class Odometry:
@@ -39,6 +46,7 @@ class Odometry:
                 f"cannot be moved earlier. Calibrate with stamps of one clock, or use oio.locate."
             )
         self._sigma_ppm = float(self.setup.part("nominal").sigma_ppm)
+        self.left_out = Counter[str]()  # number of readings that were not used, by reason
 
     def joints(self, t_s: float, q: ArrayLike, dq: ArrayLike | None = None, ddq: ArrayLike | None = None) -> None:
         """Feed encoder positions q (n,) rad (m for joints that slide) at t_s [s], and predict to that time.
@@ -65,34 +73,45 @@ class Odometry:
     ) -> Innovation | None:
         """Feed one reading of an element at t_s [s], in ppm, or raw in the unit of the sensor, and update with it.
 
-        Returns its innovation; None before the first `locate`, and at or beyond the upper end of the sensor's scale: that is none.
-        NaN counts as a reading that was missed. Raises BadInput for an element that the sensor has not, and for times that decrease.
+        Returns its innovation; None before the first `locate`, and for what is no measurement: a value at or beyond the upper end of the
+        sensor's scale, or its sign for none (sensor.no_value); `left_out` counts them. NaN counts as a reading that was missed. Raises
+        BadInput for an element that the sensor has not, and for times that decrease.
         """
         if (ppm is None) == (raw is None):
             raise BadInput(f"reading was given {'neither' if ppm is None else 'both'} ppm and raw, but it takes one of them.")
-        check_element(element, self.setup.nose)
+        nose = self.setup.nose
+        check_element(element, nose)
         value = array_input.number("reading: ppm" if raw is None else "reading: raw", ppm if raw is None else raw)
         t_ns = self._last_ns = array_input.stamp("reading: t_s", t_s, self._last_ns)
-        if raw is None:
-            if self.setup.nose.raw(value) >= self.setup.nose.highest_raw:
-                return None
-            return self._filter.reading(GasReading(t_ns, element, value, self._sigma_ppm if sigma_ppm is None else float(sigma_ppm)))
-        if value >= self.setup.nose.highest_raw:
+        why = no_measurement(nose, nose.raw(value) if raw is None else value)
+        if why is not None:
+            self.left_out[why] += 1
             return None
-        return self._filter.reading(self.setup.nose.reading(GasSample(t_ns, element, value)))
+        if raw is None:
+            return self._filter.reading(GasReading(t_ns, element, value, self._sigma_ppm if sigma_ppm is None else float(sigma_ppm)))
+        return self._filter.reading(nose.reading(GasSample(t_ns, element, value)))
 
     def locate(self, measurements: int | None = None, thorough: bool = True) -> Location:
-        """Fit all that was fed so far from scratch, and let the filter go on from the best place. Raises NotObservable for fewer than two
-        readings.
+        """Fit all that was fed so far from scratch, and let the filter go on from the best place. Glitches that a sensor with its lag
+        cannot have given are taken out of it first, and counted (`left_out`). Raises NotObservable for fewer than two readings.
 
         `measurements`: places at which the nose stood still, which weigh Type B; None: one more than at the last call. `thorough`: worlds
         that calibration did not see (a wall, another wind) are fitted beside it.
         """
         if self._joints_ns < 0:
             raise BadInput("locate was called before any joints. Feed joints(t_s, q) and reading(t_s, ppm) first.")
+        self._take_out_glitches()
         self._measurements = self._measurements + 1 if measurements is None else measurements
         self._filter.locate(self._measurements, thorough=thorough)
         return Location.of(self._filter, self.setup, self._calibration)
+
+    def _take_out_glitches(self) -> None:
+        readings = self._filter.trace.readings
+        wrong = glitches(readings, self.setup.part("nominal").fall_s)
+        if np.any(wrong):
+            warnings.warn(told_of_glitches([readings[i] for i in np.flatnonzero(wrong)]), LeftOut, stacklevel=3)
+            self.left_out[GLITCH] += int(wrong.sum())
+            self._filter.trace.take_out(wrong)
 
     def source(self) -> tuple[Array, Array] | None:
         """Believed source (3,) m and its covariance (3, 3) m^2 now; None before the first `locate`."""

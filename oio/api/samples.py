@@ -1,5 +1,6 @@
 """What was recorded, as arrays: `Readings` of the gas sensor, and where the nose was (`JointPath` of an arm, or `NosePath`)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -11,6 +12,7 @@ from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, GasSample, nanoseconds
 
+SCALE_END, NO_VALUE = "at the upper end of the sensor's scale or beyond", "the sensor's sign for no measurement (sensor.no_value)"
 FARTHEST_M = 99.0  # of a nose from the origin of its frame
 
 
@@ -62,23 +64,34 @@ class Readings:
         return replace(self, **{k: np.asarray(v)[kept] for k, v in vars(self).items() if v is not None})
 
     def records(self, sensor: Sensor, sigma_ppm: float) -> list[GasReading]:
-        """Return them as the filter takes them; those at the upper end of the sensor's scale, or beyond, are no measurement and left out.
+        """Return them as the filter takes them; what is no measurement is left out (see `no_measurement`).
 
         `sigma_ppm` is that of one reading where none was given. Raises BadInput for an element that the sensor has not.
         """
-        made: list[GasReading] = []
         check_element(int(np.asarray(self.element).max()), sensor)
         values = np.asarray(self.raw if self.ppm is None else self.ppm)
         sigmas = np.full(len(self), sigma_ppm) if self.sigma_ppm is None else np.asarray(self.sigma_ppm)
         rows = zip(np.asarray(self.t_s).tolist(), np.asarray(self.element).tolist(), values.tolist(), sigmas.tolist(), strict=True)
-        for t_s, element, value, sigma in rows:
-            t_ns = nanoseconds(t_s)
-            if self.ppm is not None:
-                if sensor.raw(value) < sensor.highest_raw:
-                    made.append(GasReading(t_ns, element, value, sigma))
-            elif value < sensor.highest_raw:
-                made.append(sensor.reading(GasSample(t_ns, element, value)))
-        return made
+        return [
+            GasReading(nanoseconds(t_s), element, value, sigma)
+            if self.ppm is not None
+            else sensor.reading(GasSample(nanoseconds(t_s), element, value))
+            for (t_s, element, value, sigma), why in zip(rows, self.no_measurement(sensor), strict=True)
+            if why is None
+        ]
+
+    def no_measurement(self, sensor: Sensor) -> list[str | None]:
+        """Return why each reading (m,) is no measurement, None where it is one."""
+        values = np.asarray(self.raw if self.ppm is None else self.ppm).tolist()
+        return [no_measurement(sensor, value if self.ppm is None else sensor.raw(value)) for value in values]
+
+
+def no_measurement(sensor: Sensor, raw: float) -> str | None:
+    """Return why a raw value is no measurement: the upper end of the scale, or the device's own sign for none; None if it is one."""
+    if raw >= sensor.highest_raw:
+        return SCALE_END
+    is_no_value: Callable[[float], bool] | None = getattr(sensor, "is_no_value", None)  # a sensor of one's own may have no such values
+    return NO_VALUE if is_no_value is not None and is_no_value(raw) else None
 
 
 def check_element(element: int, sensor: Sensor) -> None:

@@ -60,6 +60,15 @@ class Trace:
     def __len__(self) -> int:
         return len(self._readings)
 
+    @property
+    def readings(self) -> tuple[GasReading, ...]:
+        """The readings that are kept, in order of time."""
+        return tuple(self._readings)
+
+    def take_out(self, wrong: NDArray[np.bool_]) -> None:
+        """Forget some of the readings, those of a mask (m,)."""
+        self._readings = [reading for reading, out in zip(self._readings, wrong.tolist(), strict=True) if not out]
+
     def as_arrays(self) -> "Sniffs":
         """Return the trace as arrays; raises NotObservable if it has fewer than two readings."""
         t = np.array(self._t)

@@ -37,7 +37,7 @@ SETUP = oio.Setup(sensor="ndir", dof=3)
         (lambda: oio.NosePath(T, np.full((5, 3), np.inf)), "5 of 5 rows"),
         (lambda: oio.locate(oio.Readings(T, ppm=T), oio.JointPath(T, np.ones((5, 3)))), "neither a calibration nor a setup"),
         (lambda: oio.locate(oio.Readings(T, ppm=T), oio.JointPath(T, np.ones((5, 2))), setup=SETUP), r"\(k, 3\) is wanted.*dof=2"),
-        (lambda: oio.locate(oio.Readings(T + 1, ppm=T), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "poses from 0 to 4 s"),
+        (lambda: oio.locate(oio.Readings(T + 1, ppm=T + 400), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "poses from 0 to 4 s"),
         (lambda: oio.locate(oio.Readings(T, ppm=T, element=1), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "element 1 was given"),
         (lambda: oio.locate(oio.Readings(T, raw=T + 1e6), oio.JointPath(T, np.ones((5, 3))), setup=SETUP), "upper end of the sensor"),
         (lambda: oio.NosePath(T, np.full((5, 3), 250.0)), "p_m has values up to 250, but m are wanted, 99 at most. Divide mm by 1000"),
