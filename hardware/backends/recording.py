@@ -2,13 +2,14 @@
 
 import contextlib
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
 
 from hardware.recordings.playback import Playback
-from hardware.recordings.recording_parts import Loader
-from hardware.recordings.sensor_array import placement_for
+from hardware.recordings.recording_parts import Loader, measured
+from hardware.recordings.sensor_array import not_played, placement_for
 from oio.core.errors import BadInput, WorldEnded
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, Event, GasSample, JointState, Truth, WorldSample, nanoseconds
@@ -38,12 +39,15 @@ class RecordedWorld:
 
     def __init__(self, chosen: Recording) -> None:
         self._name, self._sensor, self._arm = chosen.recording.name, chosen.sensor, chosen.arm
-        parts = chosen.recording.parts()
+        parts = {
+            source: replace(part, recorded=measured(part.recorded, chosen.sensor)) for source, part in chosen.recording.parts().items()
+        }
         self._placement = placement_for(self._name, parts["none"].recorded, chosen.sensor, chosen.arm)
         accounts = tuple(dict.fromkeys(part.recorded.account for part in parts.values()))
         guessed = tuple(dict.fromkeys(note for part in parts.values() for note in part.recorded.notes))
         self._pending_events = [Event(0, kind, text) for kind, texts in (("dropped", accounts), ("mapping", guessed)) for text in texts]
-        self.notes = (*(f"read off the file: {note}" for note in guessed), *accounts)  # to be shown at the start
+        spare = not_played(parts["none"].recorded, chosen.sensor)
+        self.notes = (*(f"read off the file: {note}" for note in guessed), *accounts, *([spare] if spare else ()))  # shown at the start
         self._playbacks = {source: Playback(f"recording '{self._name}', '{source}'", part) for source, part in parts.items()}
         self._source, self._t_ns, self._sniffs = "none", 0, 0
         self._playback.resume(0)

@@ -40,8 +40,8 @@ class CsvFile(TableMapping):
         values, rest = np.split(table.values, [len(columns)], axis=1)
         return RecordedRows(
             name, table.t_s, values / (mapping.per_ppm or 1.0), place_m=None, source_m=None, release_s=0.0, dropped=table.dropped,
-            columns=columns, unit="ppm" if mapping.per_ppm != 1.0 else mapping.unit or "", climate=rest if rest.size else None,
-            notes=read.notes,
+            columns=columns, guessed=self.columns is None, notes=read.notes, unit="ppm" if mapping.per_ppm != 1.0 else mapping.unit or "",
+            climate=rest if rest.size else None,
         )  # fmt: skip
 
     def parts(self) -> Mapping[str, Part]:

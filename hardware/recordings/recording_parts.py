@@ -1,12 +1,14 @@
 """Data of a loader: the usable rows of one file, and the parts of a recording that play while a source is presented."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from oio.core.errors import BadInput
+from oio.core.interfaces import Sensor
 from oio.core.records import Array
 
 
@@ -27,6 +29,7 @@ class RecordedRows:
     columns: tuple[str, ...] = ()  # (m,) names of the columns in the file
     unit: str = "ppm"  # of `ppm`, where the file holds something else that is played as if it were ppm
     notes: tuple[str, ...] = ()  # what of the mapping was read off the file
+    guessed: bool = False  # whether `columns` are all that look like gas, and nobody has named them
     climate: Array | None = None  # (k, 2) temperature [degC] and relative humidity [%] beside the readings; None: not recorded
 
     def __post_init__(self) -> None:
@@ -45,6 +48,28 @@ class RecordedRows:
         gaps = np.diff(self.t_s)
         longest = int(np.argmax(gaps))
         return f"{summary}; longest gap {gaps[longest]:.3g} s at {self.t_s[longest]:.0f} s"
+
+
+def measured(recorded: RecordedRows, sensor: Sensor) -> RecordedRows:
+    """Return the rows but those in which an element that is played has the sensor's sign for no measurement (`sensor.no_value`), which are
+    counted. Raises BadInput if less than two are left."""
+    is_no_value: Callable[[float], bool] | None = getattr(sensor, "is_no_value", None)  # a sensor of one's own may have no such values
+    if is_no_value is None or not getattr(sensor, "no_value", True):
+        return recorded
+    played = recorded.ppm if recorded.place_m is not None else recorded.ppm[:, : sensor.elements]
+    without = np.array([any(is_no_value(sensor.raw(ppm)) for ppm in row) for row in played.tolist()])
+    if not np.any(without):
+        return recorded
+    reason, kept = f"without a measurement (sensor.no_value of {sensor.name})", ~without
+    if np.count_nonzero(kept) < 2:
+        value = float(played[np.flatnonzero(without)[0]].min())
+        raise BadInput(
+            f"{np.count_nonzero(without)} of {len(without)} rows of {recorded.name} are {value:g}, which is how sensor '{sensor.name}' "
+            f"says that it has no measurement (sensor.no_value): one that is dead answers so. Give another recording, or its own sensor."
+        )
+    climate = None if recorded.climate is None else recorded.climate[kept]
+    dropped = {**recorded.dropped, reason: int(np.count_nonzero(without))}
+    return replace(recorded, t_s=recorded.t_s[kept], ppm=recorded.ppm[kept], climate=climate, dropped=dropped)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

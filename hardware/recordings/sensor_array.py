@@ -10,6 +10,7 @@ from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import Array
 from oio.kinematics.arm import Arm
+from oio.tabular.mapping import typed
 
 SAME_PLACE_M = 1e-6
 
@@ -45,8 +46,14 @@ class FixedPlacement:
         columns = recorded.ppm.shape[1]
         if columns < sensor.elements:
             raise BadInput(
-                f"sensor '{sensor.name}' has {sensor.elements} elements, but recording '{name}' plays {columns} column; "
+                f"sensor '{sensor.name}' has {_elements(sensor)}, but recording '{name}' plays {columns} column; "
                 f"name {sensor.elements} columns in recording.columns=[...]."
+            )
+        if recorded.guessed and columns > sensor.elements:
+            named = typed("columns", recorded.columns[: sensor.elements])
+            raise BadInput(
+                f"sensor '{sensor.name}' has {_elements(sensor)}, but recording '{name}' has {columns} columns that may be its readings: "
+                f"{', '.join(recorded.columns)}. Say which is played, e.g. {named}."
             )
         self._name, self.q = name, arm.home
 
@@ -58,6 +65,16 @@ class FixedPlacement:
         """Do nothing; raises BadInput for any other position than the fixed one."""
         if not np.allclose(q_rad, self.q):
             raise BadInput(f"recording '{self._name}' has one fixed place, so its nose cannot move; use stage=[warm_up,baseline].")
+
+
+def not_played(recorded: RecordedRows, sensor: Sensor) -> str:
+    """Return a sentence on the columns of a fixed place that this sensor has no element for; empty if there are none."""
+    spare = recorded.columns[sensor.elements :] if recorded.place_m is None else ()
+    return f"sensor '{sensor.name}' has {_elements(sensor)}: {', '.join(spare)} of the recording is not played" if spare else ""
+
+
+def _elements(sensor: Sensor) -> str:
+    return "one element" if sensor.elements == 1 else f"{sensor.elements} elements"
 
 
 class ArrayPlacement:

@@ -11,6 +11,7 @@ from oio.tabular.mapping import TableMapping, typed
 from oio.tabular.names import GAS_UNITS, UNITS, bare, role_of, squeezed, unit_of
 
 CODES = (-1.0, -99.0, -999.0, -9999.0, 32767.0, 65535.0, 2147483647.0)  # in which firmware says that it has no value
+NEAR_ZERO = 0.5  # of the median: where nothing else is below that, a 0 is no measurement
 FAR = 3.0  # a code is suspicious if it is further from the next value than so many ranges of the others
 DATES, HOURS = ("date", "datum"), ("time", "uhrzeit", "zeit", "heure")  # two columns of one clock
 KNOWN_PER_PPM = {"ppm": 1.0, "ppb": 1e3, "%vol": 1e-4}
@@ -94,4 +95,10 @@ def codes(values: Array) -> dict[float, int]:
         return {}
     reach = FAR * max(float(np.ptp(others)), 1.0)
     near = [(code, int(np.count_nonzero(finite == code))) for code in CODES]
-    return {code: count for code, count in near if count and (code < others.min() - reach or code > others.max() + reach)}
+    return {code: count for code, count in near if count and (code < others.min() - reach or code > others.max() + reach)} | _zero(finite)
+
+
+def _zero(finite: Array) -> dict[float, int]:
+    """0, if it occurs among values (k,) none of which comes near: below half of what most of them are."""
+    zeros, others = int(np.count_nonzero(finite == 0.0)), finite[finite != 0.0]
+    return {0.0: zeros} if zeros and len(others) and others.min() > NEAR_ZERO * np.median(others) > 0.0 else {}

@@ -19,7 +19,8 @@ from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
 from hardware.backends.recording import RecordedWorld, Recording
-from hardware.recordings.recording_parts import Part, RecordedRows
+from hardware.recordings.recording_parts import Part, RecordedRows, measured
+from hardware.recordings.sensor_array import not_played, placement_for
 from oio.core.errors import BadInput, WorldEnded
 from oio.core.interfaces import Backend
 from oio.core.records import Event, GasReading, GasSample, JointState, Truth, nanoseconds
@@ -330,3 +331,36 @@ def test_a_room_of_metres_is_not_localisable_and_the_verdict_says_why(tmp_path):
     summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     failed = {line["name"] for line in summary["criteria"] if line["word"] == "FAIL"}
     assert summary["verdict"] == "FAIL" and {"localised", "residuals"} <= failed
+
+
+@dataclass(frozen=True)
+class Signed(Plain):
+    """A sensor of one element that says 0 where it has no measurement."""
+
+    name: str = "signed"
+    elements: int = 1
+    no_value: tuple = ((0.0, 0.0),)
+
+    def is_no_value(self, raw):
+        return raw == 0.0
+
+
+def test_what_the_sensor_calls_no_measurement_is_dropped_and_counted():
+    made = steady(np.arange(60.0), columns=1)
+    made = replace(made, ppm=made.ppm + 400.0)
+    ppm = np.array(made.ppm)
+    ppm[10:20] = 0.0
+    kept = measured(replace(made, ppm=ppm, climate=np.ones((60, 2))), Signed())
+    assert len(kept.t_s) == len(kept.ppm) == len(kept.climate) == 50 and kept.ppm.min() > 0.0
+    assert kept.dropped == {"without a measurement (sensor.no_value of signed)": 10}
+    assert measured(made, Signed()) is made
+    with pytest.raises(BadInput, match=r"60 of 60 rows of made\.csv are 0, which is how sensor 'signed'"):
+        measured(replace(made, ppm=np.zeros((60, 1))), Signed())
+
+
+def test_one_of_several_guessed_columns_is_never_taken_without_a_word():
+    two = replace(steady(np.arange(60.0)), columns=("room a", "b"))
+    with pytest.raises(BadInput, match=r"2 columns that may be its readings: room a, b\. .*'recording\.columns=\[\"room a\"\]'"):
+        placement_for("csv", replace(two, guessed=True), Signed(), arm("so101", 5))
+    placement_for("csv", two, Signed(), arm("so101", 5))
+    assert not_played(two, Signed()) == "sensor 'signed' has one element: b of the recording is not played"
