@@ -7,11 +7,13 @@ A table has a row per message of one topic. Its columns are `log_time [ns]`, the
 import io
 import json
 import struct
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
@@ -24,6 +26,15 @@ TIME = "log_time [ns]"
 ROS2 = "ROS 2 messages need the package mcap-ros2-support. Type pip install 'oio[ros2]'."
 Decode = Callable[[bytes], Any]
 DAMAGE = (McapError, struct.error, ValueError, EOFError, KeyError, RecursionError)
+NOT_DECODED = (
+    ValueError,
+    TypeError,
+    KeyError,
+    IndexError,
+    struct.error,
+    RecursionError,
+    DecodeError,
+)  # raised by decoders
 
 
 @dataclass(eq=False)
@@ -43,24 +54,31 @@ class Topic:
 
 def topics(data: bytes, name: str) -> tuple[dict[str, Topic], dict[str, str]]:
     """Return the topics that hold numbers, and of those that cannot be decoded why. Raises BadInput for a damaged log called `name`."""
-    found, undecoded = dict[str, Topic](), dict[str, str]()
+    found, undecoded, broken = dict[str, Topic](), dict[str, str](), Counter[str]()
     decoders = dict[int, Decode | None]()
     try:
-        for schema, channel, message in NonSeekingReader(io.BytesIO(data)).iter_messages():
+        for schema, channel, message in NonSeekingReader(io.BytesIO(data), validate_crcs=True).iter_messages():
             if channel.id not in decoders:
                 decoders[channel.id] = _decoder(channel.message_encoding, schema)
             decode = decoders[channel.id]
             if decode is None:
                 undecoded[channel.topic] = ROS2 if channel.message_encoding == "cdr" else f"its encoding is '{channel.message_encoding}'"
                 continue
-            if values := numbers(decode(message.data)):
-                found.setdefault(channel.topic, Topic()).add(message.log_time, {f"{channel.topic}.{k}": v for k, v in values.items()})
+            try:
+                values = numbers(decode(message.data))
+            except NOT_DECODED:
+                broken[channel.topic] += 1
+                values = {}  # a row without a number, which is dropped and counted as such
+            found.setdefault(channel.topic, Topic()).add(message.log_time, {f"{channel.topic}.{k}": v for k, v in values.items()})
     except DAMAGE as error:
         why = str(error) or "it ends in the middle of a record"
         raise BadInput(
             f"{name} is an MCAP log that cannot be read to its end ({why}). What is whole in it can be kept with the tool of the format: "
             f"mcap recover {name}."
         ) from None
+    for topic in [topic for topic, table in found.items() if not table.columns]:
+        count = len(found.pop(topic).t_ns)
+        undecoded[topic] = f"none of its {count} messages can be decoded" if broken[topic] == count else "its messages hold no numbers"
     return found, undecoded
 
 
@@ -96,7 +114,7 @@ def as_csv(data: bytes, name: str, rows_of: str | None) -> bytes:
     lines = [",".join(json.dumps(column, ensure_ascii=False) if "," in column else column for column in (TIME, *columns))]
     rows = zip(t_ns.tolist(), *(column.tolist() for column in columns.values()), strict=True)
     lines += [",".join(map(repr, row)) for row in rows]
-    return "\n".join(lines).encode()
+    return "\n".join([*lines, ""]).encode()
 
 
 def _interpolated(t_ns: Array, own_ns: Array, values: Array) -> Array:

@@ -34,11 +34,12 @@ def disorder(t_s: Array) -> str | None:
     if len(steps) < FEW:
         return None
     if 2 * repeated >= len(t_s):
-        period_s = (np.ptp(t_s) + usual_step(t_s)) / len(t_s)
+        period_s = (np.ptp(t_s) + usual_step(t_s)) / len(t_s) if np.ptp(t_s) > 0.0 else np.nan
+        typed = f"{period_s:.3g}" if np.isfinite(period_s) else "SECONDS"
+        why = "it is coarser than the sampling, or several devices write into one table" if np.ptp(t_s) > 0.0 else "it is no clock"
         return (
-            f"{repeated} of {len(t_s)} rows repeat the time stamp before them: it is coarser than the sampling, or several devices write "
-            f"into one table. Where rows come at even times type recording.time_unit=row "
-            f"recording.period_s={period_s:.3g}, else give another clock (recording.time=NAME) or one device's rows alone."
+            f"{repeated} of {len(t_s)} rows repeat the time stamp before them: {why}. Where rows come at even times type "
+            f"recording.time_unit=row recording.period_s={typed}, else give another clock (recording.time=NAME) or one device's rows alone."
         )
     if back > MOST_BACK * len(steps):
         return (

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 
 from oio.core.errors import BadInput
 from oio.log.foreign import as_csv, topics
@@ -40,7 +40,7 @@ def test_numbers_are_named_by_their_path():
 
 def test_another_topic_is_interpolated_to_the_rows():
     rows = [("/gas", 1_500 + 1_000 * i, {"ppm": i}) for i in range(3)] + [("/q", 1_000 * i, {"a": 10.0 * i}) for i in range(4)]
-    lines = as_csv(json_log(rows), "my.mcap", "/gas.ppm").decode().split("\n")
+    lines = as_csv(json_log(rows), "my.mcap", "/gas.ppm").decode().splitlines()
     assert lines[0] == "log_time [ns],/gas.ppm,/q.a"
     assert lines[1:] == ["1500,0.0,15.0", "2500,1.0,25.0", "3500,2.0,nan"]  # nothing is known after the last
 
@@ -56,7 +56,7 @@ def test_which_topic_is_asked_where_it_is_not_certain():
         as_csv(data, "my.mcap", None)
     with pytest.raises(BadInput, match=r"none of its topics has '/gas\.ppb'"):
         as_csv(data, "my.mcap", "/gas.ppb")
-    assert as_csv(json_log([("/gas", 1, {"ppm": 1})]), "my.mcap", None).decode().endswith("\n1,1.0")
+    assert as_csv(json_log([("/gas", 1, {"ppm": 1})]), "my.mcap", None).decode().endswith("\n1,1.0\n")
 
 
 def test_what_cannot_be_read_is_refused():
@@ -82,3 +82,43 @@ def test_joint_states_of_ros_2_are_named_by_their_joints(tmp_path):
     joints = found["/joint_states"].columns
     assert set(joints) == {"/joint_states.header.stamp", "/joint_states.position.lift", "/joint_states.position.pan"}
     assert joints["/joint_states.position.pan"][100] == np.sin(1.0) and joints["/joint_states.header.stamp"][100] == 1e-9 * T0_NS + 1.0
+
+
+def test_a_digit_that_was_changed_on_the_disk_is_not_read_as_data():
+    """The chunk says by its CRC that it is not what was written."""
+    file = io.BytesIO()
+    writer = Writer(file, compression=CompressionType.NONE)
+    writer.start()
+    channel = writer.register_channel("/co2", "json", writer.register_schema("any", "jsonschema", b"{}"))
+    for i in range(20):
+        writer.add_message(channel, i, json.dumps({"ppm": 420.5}).encode(), i)
+    writer.finish()
+    assert as_csv(file.getvalue(), "whole.mcap", None).count(b"420.5") == 20
+    with pytest.raises(BadInput, match=r"digit\.mcap .*crc"):
+        as_csv(file.getvalue().replace(b"420.5", b"920.5", 1), "digit.mcap", None)
+
+
+def test_a_message_that_cannot_be_decoded_is_a_row_without_a_number():
+    data = json_log([("/co2", i, {"ppm": 400.0 + i}) for i in range(5)])
+    file = io.BytesIO()
+    writer = Writer(file)
+    writer.start()
+    channel = writer.register_channel("/co2", "json", writer.register_schema("any", "jsonschema", b"{}"))
+    for i in range(5):
+        writer.add_message(channel, i, b"{'ppm': broken" if i == 2 else json.dumps({"ppm": 400.0 + i}).encode(), i)
+    writer.finish()
+    whole, broken = as_csv(data, "a", None).decode().split("\n"), as_csv(file.getvalue(), "b", None).decode().split("\n")
+    assert broken == [line if i != 3 else "2,nan" for i, line in enumerate(whole)] and whole[-1] == ""
+
+
+@pytest.mark.parametrize(("message", "why"), [("text", "hold no numbers"), (None, "none of its 5 messages can be decoded")])
+def test_a_topic_without_numbers_says_why(message, why):
+    file = io.BytesIO()
+    writer = Writer(file)
+    writer.start()
+    channel = writer.register_channel("/co2", "json", writer.register_schema("any", "jsonschema", b"{}"))
+    for i in range(5):
+        writer.add_message(channel, i, b"{" if message is None else json.dumps({"co2": message}).encode(), i)
+    writer.finish()
+    with pytest.raises(BadInput, match=f"without numbers that can be read .*{why}"):
+        as_csv(file.getvalue(), "log.mcap", None)
