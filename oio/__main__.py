@@ -36,7 +36,7 @@ def _main() -> int:
         return 0
     if name in ("completion", "--complete"):
         return _complete(name, words[1:])
-    if name[0] in "-+~" or "=" in name:
+    if name.startswith(("-", "+", "~")) or "=" in name:
         return _run_module("oio.run", words)
     near = difflib.get_close_matches(name, COMMANDS, 1)
     sys.stderr.write(f"oio: '{name}' is no command. Type oio {near[0] if near else '--help'}.\n")

@@ -8,6 +8,7 @@ import numpy as np
 
 from oio.core.errors import BadInput
 from oio.kinematics.arm import Arm
+from oio.kinematics.model_loading import name_joints
 
 NOSE = "nose"  # name of the site added to a model without one
 SERVO_RAD_S, SERVO_DAMPING = 40.0, 1.0  # natural frequency and damping ratio of added servos, and the error [rad, m] that
@@ -18,6 +19,7 @@ def compile_model(arm: Arm) -> tuple[mujoco.MjModel, str]:
     """Compile the model; return it and its XML for the log. Raises BadInput with MuJoCo's message for a file that cannot be simulated."""
     try:
         spec = mujoco.MjSpec.from_file(str(arm.path))
+        name_joints(spec)
         spec.compiler.fusestatic = False  # else the URDF body that carries the nose may be merged into its parent
         if arm.nose_body is not None:
             spec.body(arm.nose_body).add_site(name=NOSE, pos=list(arm.nose_offset_m))

@@ -58,7 +58,8 @@ def _clock(clock: Clock) -> str:
     unit = clock.unit
     every = f"every {clock.step:.4g} {unit} (median), jitter {clock.jitter:.3g} {unit}" if math.isfinite(clock.step) else "all the same"
     said = [
-        f"'{clock.name}' ({clock.notation or 'unit not certain'}): {clock.stamps} stamps over {clock.last - clock.first:.6g} {unit}, {every}"
+        f"'{clock.name}' ({clock.notation or 'unit not certain'}): {clock.stamps} stamps over {clock.last - clock.first:.6g} {unit}, "
+        f"{every}"
     ]
     if clock.gaps:
         said.append(f"{clock.gaps} gaps of more than 3 steps, the longest {clock.longest:.4g} {unit} at {clock.longest_at:.6g} {unit}")

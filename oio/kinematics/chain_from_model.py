@@ -46,7 +46,8 @@ class KinematicChain:
 def load_chain(path: Path, nose: NosePoint | None = None) -> KinematicChain:
     """The joints that move the nose, in their order from the base.
 
-    Raises BadInput if MuJoCo does not compile the file, if the nose is not in it or no joint moves it, and for ball and free joints.
+    Raises BadInput if MuJoCo does not compile the file, if the nose is not in it or no joint moves it, for ball and free joints, and for
+    joints that follow another one.
     """
     nose, model = nose or NosePoint(), compile_kinematics(path)
     body, at_nose = _nose(model, nose, path)
@@ -60,9 +61,10 @@ def load_chain(path: Path, nose: NosePoint | None = None) -> KinematicChain:
             pose = _translation(-model.jnt_pos[j])
     if not joints:
         raise BadInput(f"{path} has its nose on a body that no joint moves. Put it on the last moving body.")
+    _refuse_coupled(model, joints, path)
     ranges = np.array([_range(model, j, path) for j in joints])
     return KinematicChain(
-        names=tuple(model.joint(j).name or f"joint{i}" for i, j in enumerate(joints)),
+        names=tuple(model.joint(j).name for j in joints),
         poses=np.array(poses),
         axes=np.array([model.jnt_axis[j] for j in joints]),
         kinds=np.array([SLIDE if _is_slide(model, j) else HINGE for j in joints]),
@@ -125,6 +127,21 @@ def _refuse_joint(model: Any, j: int, path: Path) -> None:
     if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
         name = kind.name.removeprefix("mjJNT_").lower()
         raise BadInput(f"{path} moves its nose by the {name} joint '{model.joint(j).name}', but a joint can be a hinge or a slide.")
+
+
+def _refuse_coupled(model: Any, joints: list[int], path: Path) -> None:
+    """Refuse a joint of the chain that follows another one (URDF mimic): every joint is planned, and drifts, by itself."""
+    import mujoco
+
+    of_joints = np.flatnonzero((model.eq_type == mujoco.mjtEq.mjEQ_JOINT) & (model.eq_active0 != 0))
+    pairs = [[int(ids[i]) for ids in (model.eq_obj1id, model.eq_obj2id) if ids[i] >= 0] for i in of_joints]
+    for pair in pairs:
+        if held := [model.joint(j).name for j in pair if j in joints]:
+            others = " and ".join(f"'{model.joint(j).name}'" for j in pair)
+            raise BadInput(
+                f"{path} couples its joints {others} (equality in an MJCF, mimic in a URDF), but '{held[0]}' moves the nose, and every "
+                f"joint of an arm moves by itself. Remove the coupling if the joints have motors of their own, or make one of them fixed."
+            )
 
 
 def _range(model: Any, j: int, path: Path) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """A robot model file, MJCF or URDF, compiled by MuJoCo for kinematics alone: without geometry, so no mesh has to be there."""
 
+import itertools
 import warnings
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,15 @@ def compile_kinematics(path: Path) -> Any:
         ) from None
 
 
+def name_joints(spec: Any) -> None:
+    """Name the joints that have no name, which MuJoCo allows: joint0, joint1, ... in the order of the file."""
+    taken = {joint.name for joint in spec.joints}
+    for i, joint in enumerate(spec.joints):
+        if not joint.name:
+            joint.name = next(name for k in itertools.count(i) if (name := f"joint{k}") not in taken)
+            taken.add(joint.name)
+
+
 def _kinematic_spec(path: Path) -> Any:
     import mujoco
 
@@ -42,6 +52,7 @@ def _kinematic_spec(path: Path) -> Any:
     spec = mujoco.MjSpec.from_file(str(path)) if known else mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"))
     for element in [*spec.geoms, *spec.meshes, *spec.materials, *spec.textures]:
         spec.delete(element)
+    name_joints(spec)
     spec.compiler.fusestatic = False
     spec.compiler.boundmass = max(spec.compiler.boundmass, UNKNOWN_MASS_KG)
     spec.compiler.boundinertia = max(spec.compiler.boundinertia, UNKNOWN_INERTIA_KG_M2)

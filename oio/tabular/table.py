@@ -15,6 +15,7 @@ from oio.tabular.rows import Cells, read_cells
 from oio.tabular.text import Text
 
 SENTINEL = 4294967295.0  # 2^32 - 1: unsigned -1, sent by firmware for a missing sensor
+LARGEST = 1e12  # of a measurement in any unit; what is beyond is rubbish on the line
 LATEST_S = 1e11  # no time stamp is 3000 years from its epoch; beyond, nanoseconds overflow
 Span = tuple[float, float]
 
@@ -79,6 +80,7 @@ def unusable(values: Array, wanted: Wanted) -> dict[str, NDArray[np.bool_]]:
     gas = values[:, 1 : 1 + wanted.gas]
     no_number = ~np.all(np.isfinite(values), axis=1)
     found = {"not a number": no_number}
+    found["too large for a measurement"] = np.any(np.abs(values[:, 1:]) > LARGEST, axis=1)
     found["without a time"] = np.abs(values[:, 0]) > LATEST_S
     without = np.any(values[:, 1:] == SENTINEL, axis=1)
     for low, high in wanted.no_value:

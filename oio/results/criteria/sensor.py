@@ -23,13 +23,20 @@ class WarmUpTrend(Criterion):
         if not isinstance(settled, WarmUpResult):
             return None
         slopes = zip(settled.slope_ppm_per_min, settled.slope_u_ppm_per_min, strict=True)
-        trends = [(0.0 if abs(slope) <= settled.rest_ppm_per_min else abs(slope) / max(u, 1e-12), slope, u) for slope, u in slopes]
+        trends = [(_trend(slope, u, settled.rest_ppm_per_min), slope, u) for slope, u in slopes]
         value, slope, u = max(trends, key=lambda trend: (trend[0], abs(trend[1])))
         rest = f", which counts as rest: up to {settled.rest_ppm_per_min:g} ppm/min" if abs(slope) <= settled.rest_ppm_per_min else ""
         return Measured(
             value, "standard errors", f"drift {slope:+.2f} +- {u:.2f} ppm/min after {settled.waited_s:.0f} s{rest}",
             above="The sensor has not settled: leave it on longer, or raise stage.warm_up.window_s.",
         )  # fmt: skip
+
+
+def _trend(slope: float, u: float, rest: float) -> float:
+    """A slope in its standard errors; 0 for rest, infinite for one that cannot be told."""
+    if not (math.isfinite(slope) and math.isfinite(u)):
+        return math.inf
+    return 0.0 if abs(slope) <= rest else abs(slope) / max(u, 1e-12)
 
 
 @settings

@@ -96,5 +96,7 @@ def test_a_command_by_its_name(monkeypatch, capsys):
     assert all(f"\n  {name} " in told for name in COMMANDS)
     monkeypatch.setattr(sys, "argv", ["oio", "--version"])
     assert main() == 0 and capsys.readouterr().out.startswith("oio ")
+    monkeypatch.setattr(sys, "argv", ["oio", ""])  # a variable of the shell that is empty
+    assert main() == 2 and "'' is no command" in capsys.readouterr().err
     done = subprocess.run([sys.executable, "-m", "oio", "report", "nowhere"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and "nowhere" in done.stderr

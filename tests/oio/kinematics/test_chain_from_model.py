@@ -206,6 +206,21 @@ def test_ball_and_free_joints_are_refused(tmp_path, joint, kind):
         load_chain(written(tmp_path, WRITTEN.replace(ONE + RANGE, joint)))
 
 
+def test_joints_without_names_get_some(tmp_path):
+    text = WRITTEN.replace('name="one"', "").replace('name="two"', 'name="joint0"')
+    assert load_chain(written(tmp_path, text)).names == ("joint1", "joint0")  # a name of the file is nobody else's
+
+
+@pytest.mark.parametrize("active", ["true", "false"])
+def test_joints_that_follow_each_other_are_refused(tmp_path, active):
+    text = WRITTEN.replace("</mujoco>", f'<equality><joint joint1="one" joint2="two" active="{active}"/></equality></mujoco>')
+    if active == "false":
+        load_chain(written(tmp_path, text))
+        return
+    with pytest.raises(BadInput, match="couples its joints 'one' and 'two' .* but 'one' moves the nose"):
+        load_chain(written(tmp_path, text))
+
+
 def test_a_slide_without_limits_is_refused(tmp_path):
     with pytest.raises(BadInput, match="sliding joint 'two' without limits"):
         load_chain(written(tmp_path, WRITTEN.replace(' range="0 1"/>', "/>")))

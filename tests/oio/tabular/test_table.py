@@ -34,13 +34,14 @@ def test_any_line_end_and_any_preamble(line_end):
 
 
 def test_every_reason_is_counted():
-    bad = ["end,true,3", "1,2", "1,2,3,4", "1,nan,3", "1,x,3", "x,2,3", "1,inf,3", "1,2,40000", "1,2,4294967295", "1e300,2,3"]
+    bad = ["end,true,3", "1,2", "1,2,3,4", "1,nan,3", "1,x,3", "x,2,3", "1,inf,3", "1,2,40000", "1,2,4294967295", "1e300,2,3", "1,-1e300,3"]
     got = table("0,1,1", *bad, "2,1,1", "0,1,1", "3,1,1")
     assert got.t_s.tolist() == [0, 2, 3]
     assert list(got.dropped) == [
-        "repeated", "short", "long", "not a number", "without a time", "without a sensor", "saturated", "out of order",
+        "repeated", "short", "long", "not a number", "too large for a measurement", "without a time", "without a sensor", "saturated",
+        "out of order",
     ]  # fmt: skip
-    assert list(got.dropped.values()) == [1, 1, 1, 4, 1, 1, 1, 1]
+    assert list(got.dropped.values()) == [1, 1, 1, 4, 1, 1, 1, 1, 1]
 
 
 def test_one_wild_stamp_costs_one_row():

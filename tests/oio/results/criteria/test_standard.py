@@ -182,6 +182,11 @@ def test_too_little_fails_too_with_another_action(name):
         assert found.word == word and found.action and found.action != too_much.action
 
 
+@pytest.mark.parametrize(("slope", "u"), [(0.1, np.inf), (np.nan, 0.2), (0.1, np.nan)])
+def test_a_trend_that_cannot_be_told_fails(slope, u):
+    assert judgement("warm_up", warm_up(slope, u)).word == "FAIL"
+
+
 def test_a_good_run_passes_and_the_worst_word_counts():
     results = {type(result): result for result in GOOD}
     good = judge(results, STANDARD)
