@@ -11,6 +11,7 @@ from oio.api import array_input
 from oio.core.errors import BadInput
 from oio.core.interfaces import Sensor
 from oio.core.records import Array, GasReading, GasSample, nanoseconds
+from oio.tabular.positions import LOST, lost_places
 
 SCALE_END, NO_VALUE = "at the upper end of the sensor's scale or beyond", "the sensor's sign for no measurement (sensor.no_value)"
 FARTHEST_M = 99.0  # of a nose from the origin of its frame
@@ -138,6 +139,12 @@ class NosePath(JointPath):
         farthest_m = float(np.max(np.abs(np.asarray(self.q))))
         if farthest_m > FARTHEST_M:
             raise BadInput(f"NosePath.p_m has values up to {farthest_m:g}, but m are wanted, {FARTHEST_M:g} at most. Divide mm by 1000.")
+        if np.any(lost := lost_places(np.asarray(self.t_s), np.asarray(self.q))):
+            at_s = float(np.asarray(self.t_s)[lost][0])
+            raise BadInput(
+                f"NosePath.p_m is 0, 0, 0 in {np.count_nonzero(lost)} rows, the first at {at_s:g} s, {LOST}. Leave these rows out, and the "
+                f"readings until the place is known again."
+            )
 
 
 def _within(t_s: Array, begin_s: float, end_s: float, what: str) -> NDArray[np.bool_]:

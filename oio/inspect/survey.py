@@ -18,7 +18,7 @@ from oio.tabular.layout import BOTH, Layout, find_layout
 from oio.tabular.mapping import TableMapping
 from oio.tabular.names import role_of, unit_of
 from oio.tabular.read import refuse_marks
-from oio.tabular.rows import read_cells, sample, with_numbers
+from oio.tabular.rows import read_cells, sample, with_numbers, without_numbers
 from oio.tabular.stamps import find_unit, stamp
 from oio.tabular.table_text import as_table
 from oio.tabular.text import Text, decode
@@ -123,10 +123,10 @@ def _mapping(
         time = found.get("time")
         if time is not None:
             settle("time_unit", lambda: find_unit(str(time), unit_of(str(time)), sample(source, layout, str(time)), layout.decimal)[0])
-    numeric = with_numbers(source, layout)
-    settle("columns", lambda: the_gas(source.name, numeric))
+    numeric, unread = with_numbers(source, layout), without_numbers(source, layout)
+    settle("columns", lambda: the_gas(source.name, numeric, unread))
     if "columns" in found:
-        gas = given.columns or the_gas(source.name, numeric)
+        gas = given.columns or the_gas(source.name, numeric, unread)
         settle("unit", lambda: the_unit(given, gas)[0])
         if "unit" in found:
             settle("per_ppm", lambda: the_unit(given, gas)[1])

@@ -1,6 +1,6 @@
 """What the columns of a table are, read off their names and values. Whatever is not certain is refused with what to type."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from oio.tabular.names import GAS_UNITS, UNITS, bare, role_of, squeezed, unit_of
 CODES = (-1.0, -99.0, -999.0, -9999.0, 32767.0, 65535.0, 2147483647.0)  # in which firmware says that it has no value
 NEAR_ZERO = 0.5  # of the median: where nothing else is below that, a 0 is no measurement
 FAR = 3.0  # a code is suspicious if it is further from the next value than so many ranges of the others
+NO_GAS = ("time", "temperature", "humidity")  # roles of columns that are no readings
 DATES, HOURS = ("date", "datum"), ("time", "uhrzeit", "zeit", "heure")  # two columns of one clock
 KNOWN_PER_PPM = {"ppm": 1.0, "ppb": 1e3, "%vol": 1e-4}
 
@@ -35,16 +36,28 @@ def the_time(name: str, layout: Layout) -> str:
     )
 
 
-def the_gas(name: str, layout: Layout) -> tuple[str, ...]:
-    """Return the one or two columns that are named as a gas. Raises BadInput if there are more, or none."""
+def the_gas(name: str, layout: Layout, unread: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """Return the one or two columns that are named as a gas. Raises BadInput if there are more, or none. `unread`: columns of the file that
+    are not among those of `layout` because they hold no numbers, each with one of its cells."""
     found = tuple(column for column in layout.names if role_of(column) == "gas")
     if 1 <= len(found) <= 2:
         return found
     said = f"{len(found)} columns that are named as a gas, {list(found)}" if found else "no column that is named as a gas"
+    may_be = found or tuple(column for column in layout.names if role_of(column) not in NO_GAS)
+    if not may_be and unread:
+        cells = ", ".join(f"'{column}' (e.g. {cell!r})" for column, cell in unread.items())
+        raise BadInput(f"{name} has no column of readings: what is in {cells} is no number that is read here. Write plain decimal numbers.")
+    example = typed("columns", may_be[-1:]) if may_be else "recording.columns=[NAME]"
     raise BadInput(
         f"{name} has {said}, and it is not certain which are the elements; its columns are {list(layout.names)}. "
-        f"Type {typed('columns', (found or layout.names)[-1:])}, one name per element of the sensor."
+        f"Type {example}, one name per element of the sensor."
     )
+
+
+def refuse_clock(name: str, time: object, columns: Sequence[str]) -> None:
+    """Raise BadInput if the column of the time stamps is among those of the readings."""
+    if time in columns:
+        raise BadInput(f"'{time}' of {name} stamps the rows, so it is no reading. Name another column in recording.columns=[NAME].")
 
 
 def the_unit(mapping: TableMapping, columns: Sequence[str]) -> tuple[str, float]:
@@ -59,7 +72,7 @@ def the_unit(mapping: TableMapping, columns: Sequence[str]) -> tuple[str, float]
     if unit is None:
         raise BadInput(
             f"the unit of {list(columns)} is not certain: no name says it. "
-            f"Type recording.unit=ppm, ppb, counts... (with recording.per_ppm=NUMBER for what 1 ppm is in it)."
+            f"Type recording.unit=ppm, ppb, %vol, counts... (with recording.per_ppm=NUMBER for what 1 ppm is in it)."
         )
     if unit not in GAS_UNITS and mapping.per_ppm is None:
         raise BadInput(

@@ -16,6 +16,8 @@ from oio.tabular.read import Read, read_mapped
 from oio.tabular.table import Table
 
 HOLE, HOLE_S = 10.0, 1.0  # positions are missing after so many usual steps, but not before so long [s],
+FASTER, SLOWEST_M_S = 3.0, 0.1  # than a nose moves: of a jump to 0, 0, 0, where nothing was known of it
+LOST = "where the nose would have jumped, so its place was not known"
 ELSEWHERE = 0.005  # if any of them has changed by this, in m or rad
 
 
@@ -53,7 +55,11 @@ def read_moving(path: Path, mapping: TableMapping, positions_in: Path | None = N
         gas.mapping if positions_in is None else open_mapping(),
         columns=tuple(columns), column_prefix="", unit="position", per_ppm=1.0, saturated=None, no_value=(), climate_columns=(),
     )  # fmt: skip
-    read = read_mapped(file_bytes(here, columns[0]), known, here.name)
+    key = "nose_columns" if mapping.nose_columns else "joint_columns"
+    try:
+        read = read_mapped(file_bytes(here, columns[0]), known, here.name)
+    except BadInput as error:  # here they are no readings
+        raise BadInput(str(error).replace("recording.columns", key)) from None
     scales = [_scale(column, mapping) for column in columns]
     _refuse_apart(path, gas.table, here, read.table)
     began_s = min(gas.table.start_s, read.table.start_s)
@@ -61,6 +67,9 @@ def read_moving(path: Path, mapping: TableMapping, positions_in: Path | None = N
     positions, notes = read.table.values * scales, gas.notes
     if dropped := sum(read.table.dropped.values()):
         notes = (*notes, f"{dropped} rows of positions were dropped: {dict(read.table.dropped)}")
+    if mapping.nose_columns and np.any(lost := lost_places(t_s, positions)):
+        t_s, positions = t_s[~lost], positions[~lost]
+        notes = (*notes, f"{np.count_nonzero(lost)} rows of positions are 0, 0, 0, {LOST}: they were left out")
     holes_s = holes(t_s, positions)
     kept = outside(gas_s, holes_s)
     if len(holes_s):
@@ -92,6 +101,23 @@ def holes(t_s: Array, positions: Array) -> Array:
     missing = step > max(HOLE * float(np.median(step)), HOLE_S)
     missing &= np.abs(np.diff(positions, axis=0)).max(axis=1) > ELSEWHERE
     return np.column_stack([t_s[:-1][missing], t_s[1:][missing]])
+
+
+def lost_places(t_s: Array, p_m: Array) -> NDArray[np.bool_]:
+    """Which places of a nose (j, 3) at t_s (j,) are exactly 0, 0, 0 because nothing was known: it would have jumped there, or from there,
+    FASTER times as fast as it ever moves between other places. One that is homed at the origin goes there as fast as elsewhere."""
+    zero = np.all(p_m == 0.0, axis=1)
+    lost = np.zeros(len(t_s), dtype=np.bool_)
+    speed = np.linalg.norm(np.diff(p_m, axis=0), axis=1) / np.maximum(np.diff(t_s), 1e-9)
+    elsewhere = ~zero[1:] & ~zero[:-1]
+    if not np.any(zero) or not np.any(elsewhere):
+        return lost
+    limit = max(FASTER * float(np.quantile(speed[elsewhere], 0.99)), SLOWEST_M_S)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], zero, [False]]).astype(np.int8)))
+    for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        into, out = speed[begin - 1] if begin else 0.0, speed[end - 1] if end < len(t_s) else 0.0
+        lost[begin:end] = max(into, out) > limit
+    return lost
 
 
 def outside(t_s: Array, holes_s: Array, after_s: float = 0.0) -> NDArray[np.bool_]:

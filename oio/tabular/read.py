@@ -10,11 +10,11 @@ from oio.core.errors import BadInput
 from oio.core.records import Array
 from oio.tabular.clock import disorder, newest_first
 from oio.tabular.devices import only_of, refuse_devices
-from oio.tabular.guess import climate, codes, the_gas, the_time, the_unit
+from oio.tabular.guess import climate, codes, refuse_clock, the_gas, the_time, the_unit
 from oio.tabular.layout import BOTH, Layout, find_layout
 from oio.tabular.mapping import TableMapping
 from oio.tabular.names import unit_of
-from oio.tabular.rows import Cells, read_cells, sample, with_numbers
+from oio.tabular.rows import Cells, read_cells, sample, with_numbers, without_numbers
 from oio.tabular.stamps import LONGER, PER_S, find_unit, stamp, wrap_s
 from oio.tabular.table import Table, Wanted, read_table
 from oio.tabular.table_text import as_table
@@ -90,7 +90,8 @@ def complete(mapping: TableMapping, source: Text, layout: Layout) -> tuple[Table
         found["time_unit"], reason = _time_unit(mapping, source, layout, str(found["time"]))
         if mapping.time is None or mapping.time_unit is None:
             notes.append(f"time: '{found['time']}' in {found['time_unit']}{reason}")
-    found["columns"] = mapping.columns or the_gas(source.name, with_numbers(source, layout))
+    found["columns"] = mapping.columns or the_gas(source.name, with_numbers(source, layout), without_numbers(source, layout))
+    refuse_clock(source.name, found.get("time"), found["columns"])  # type: ignore[arg-type]
     if mapping.columns is None:
         notes.append(f"columns: {', '.join(found['columns'])}")  # type: ignore[arg-type]
     names = tuple(mapping.column_prefix + column for column in found["columns"])  # type: ignore[attr-defined]

@@ -84,6 +84,13 @@ def with_numbers(source: Text, layout: Layout) -> Layout:
     return replace(layout, names=held) if held else layout
 
 
+def without_numbers(source: Text, layout: Layout) -> dict[str, str]:
+    """The columns that hold no number in the first rows, each with one of its cells; empty ones are left out."""
+    held = with_numbers(source, layout).names
+    cells = {name: [cell.strip() for cell in sample(source, layout, name) if cell.strip(' "')] for name in layout.names if name not in held}
+    return {name: found[0] for name, found in cells.items() if found}
+
+
 def _places(name: str, layout: Layout, columns: Sequence[str]) -> list[int]:
     try:
         return [place for column in columns for place in places(layout, column)]

@@ -14,6 +14,10 @@ DAY_S, HOUR_S = 86400.0, 3600.0
 OF_DAY, OF_HOUR = ", a time of day without a date", ", minutes and seconds, which begin anew each hour"
 UNITS = (*PER_S, *LONGER, "iso", "iso_zoned", "row")
 DAY_FIRST = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4}|\d{2})[ T]\d{1,2}:\d{2}(:\d{2}(\.\d+)?)?( ?[AaPp][Mm])?$")
+DIGITS, OF_DIGITS = (
+    re.compile(r"20\d{12}"),
+    "%Y%m%d%H%M%S",
+)  # a date and a time without marks: a count of s, ms or us is never in that range
 TWO_PARTS = re.compile(r"(\d{1,2}):\d{2}$")
 NOTATIONS = {  # with what is said of them
     "iso": "", "%Y-%m-%d %H:%M:%S UTC": "", "%Y/%m/%d %H:%M:%S": "", "%Y/%m/%d %H:%M": "",
@@ -76,6 +80,8 @@ def find_unit(column: str, named: str | None, cells: Sequence[str], decimal: str
     numbers = [value for cell in full if (value := _number(cell, decimal)) is not None]
     if len(numbers) < 0.5 * len(full):
         return _notation(column, full)
+    if all(DIGITS.fullmatch(cell) for cell in full) and _fits(OF_DIGITS, full):
+        return OF_DIGITS, f"'{column}' is written so"
     if named in PER_S or named in LONGER:
         return str(named), f"by the name of '{column}'"
     middle = sorted(numbers)[len(numbers) // 2]

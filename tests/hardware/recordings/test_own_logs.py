@@ -143,7 +143,7 @@ def test_counts_of_a_converter(played):
     data = "\n".join(["t_ms;MQ3", *(f"{100 * i};{value}" for i, value in enumerate(counts))]).encode()
     remarks = " ".join(found(data).columns[0].remarks)
     assert "counts of a 10-bit converter" in remarks and "at its highest value, 1023, for 5 rows in a row" in remarks
-    refused(data, "the unit of .*MQ3.* is not certain.*recording.unit=ppm, ppb, counts")
+    refused(data, "the unit of .*MQ3.* is not certain.*recording.unit=ppm, ppb, %vol, counts")
     t_s, ppm, said = played(data, unit="counts", saturated=1023.0)
     assert ppm == counts[:7] + counts[12:13] and t_s[7] == 1.2 and "5 saturated" in said
     assert played(data, unit="counts", per_ppm=10.0)[1][:2] == [51.2, 53.0]

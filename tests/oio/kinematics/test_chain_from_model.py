@@ -217,7 +217,7 @@ def test_joints_that_follow_each_other_are_refused(tmp_path, active):
     if active == "false":
         load_chain(written(tmp_path, text))
         return
-    with pytest.raises(BadInput, match="couples its joints 'one' and 'two' .* but 'one' moves the nose"):
+    with pytest.raises(BadInput, match=r"couples its joints 'one' and 'two' .* but 'one' moves the nose"):
         load_chain(written(tmp_path, text))
 
 
