@@ -53,7 +53,10 @@ class MujocoSim:
     seeds: Seeds
 
     def check(self) -> None:
-        """Refuse an unknown way of sampling."""
+        """Refuse an unknown way of sampling, and a pair where there is none."""
+        if self.sampling == TOGETHER and self.sensor.elements == 1:
+            given = f"backend.sampling={TOGETHER} was given, but sensor '{self.sensor.name}' has one element"
+            raise BadInput(f"{given}: there is no pair to sample. Type a sensor of two, e.g. sensor=ec, or backend.sampling={IN_TURN}.")
         if self.sampling not in (IN_TURN, TOGETHER):
             given = f"backend.sampling is '{self.sampling}'"
             raise BadInput(

@@ -10,6 +10,7 @@ from oio.core.errors import BadInput
 from oio.core.records import Array, nanoseconds
 
 TIMES = "mM"  # numpy's kinds of dates and durations, which would be read as whole numbers of whatever unit they have
+FARTHEST_M = 99.0  # of a nose, or a box, from the origin of its frame
 LONGEST_S = 1e8  # three years; nanoseconds as whole numbers and as floating-point seconds agree far beyond
 
 
@@ -49,6 +50,8 @@ def _checked(name: str, values: ArrayLike, wanted: tuple[int | str, ...]) -> Arr
         raise BadInput(f"{name} has {masked} masked values, but {shape} numbers are wanted. Leave them out of all arrays.")
     if given.dtype.kind in TIMES:
         raise BadInput(f"{name} has the type {given.dtype}, but numbers are wanted. Give seconds: (t - t[0]) / np.timedelta64(1, 's').")
+    if given.dtype.kind == "b":
+        raise BadInput(f"{name} holds True and False, but numbers are wanted. Give the values themselves, not a comparison of them.")
     if given.dtype.kind == "c":
         raise BadInput(f"{name} has complex numbers, but real ones are wanted. Give e.g. their absolute values.")
     try:
@@ -63,10 +66,8 @@ def _checked(name: str, values: ArrayLike, wanted: tuple[int | str, ...]) -> Arr
         raise BadInput(f"{name} is empty, its shape is {array.shape}, but at least one value is wanted. Give what was recorded.")
     bad = np.flatnonzero(~np.isfinite(array).reshape(len(array), -1).all(axis=1))
     if len(bad):
-        raise BadInput(
-            f"{name} has {len(bad)} of {len(array)} rows that are no finite numbers, the first is row {bad[0]}. "
-            f"Leave these rows out of all arrays, e.g. with numpy's isfinite."
-        )
+        advice = " Leave these rows out of all arrays, e.g. with numpy's isfinite." if "." in name else " Give finite numbers."
+        raise BadInput(f"{name} has {len(bad)} of {len(array)} rows that are no finite numbers, the first is row {bad[0]}.{advice}")
     array.setflags(write=False)
     return array
 

@@ -10,8 +10,8 @@ from oio.api import array_input
 from oio.api.calibration import Calibration, chosen_setup, prior_of
 from oio.api.left_out import LeftOut, told_of_glitches
 from oio.api.location import Location
-from oio.api.samples import FARTHEST_M, check_element, no_measurement
-from oio.api.setup import Setup
+from oio.api.samples import check_element, no_measurement
+from oio.api.setup import WITHOUT_ARM, Setup
 from oio.core.errors import BadInput
 from oio.core.records import Array, Belief, GasReading, GasSample, Innovation, JointState
 from oio.estimators import odometry
@@ -27,14 +27,19 @@ class Odometry:
     time to time, when the loop can wait for it (0.1 s to some seconds). Before the first `locate` there is no belief.
 
     `calibration`: of this sensor in this air; None: data sheets (`setup` is needed then). `box_m` (2, 3) [m]: lower and upper corner of
-    where the source may be; None: the arm's workspace box. Without an arm take `setup.without_arm()`: the joints are then the nose's
-    coordinates (3,) [m]. `assembly` of Q and R: gum or paper. Times are seconds since any beginning, and must not decrease.
+    where the source may be; None: the arm's workspace box. Without an arm take `setup.without_arm()`, and give a box: the joints are then
+    the nose's coordinates (3,) [m]. `assembly` of Q and R: gum or paper. Times are seconds since any beginning, and must not decrease.
     """
 
     def __init__(
         self, calibration: Calibration | None = None, *, setup: Setup | None = None, box_m: ArrayLike | None = None, assembly: str = "gum"
     ) -> None:
         self.setup = chosen_setup(calibration, setup)
+        if box_m is None and self.setup.arm == WITHOUT_ARM:
+            raise BadInput(
+                "box_m is needed without an arm: where the source may be, its lower and upper corner (2, 3) in metres, in the frame of the "
+                "nose's positions, e.g. box_m=[[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]."
+            )
         self._arm = self.setup.robot if box_m is None else self.setup.boxed(box_m)
         prior = prior_of(calibration, self.setup, self._arm, assembly)
         self._filter = odometry.Odometry(self.setup.part("ekf"), prior, self.setup.part("belief_map"))
@@ -58,7 +63,7 @@ class Odometry:
         if t_ns == self._joints_ns:
             raise BadInput(f"joints: t_s is {t_s:.6f} s twice, but joints must come later than the last ones. Leave doubles out.")
         given = array_input.vector("joints: q", q, self._arm.dof)
-        if float(np.max(np.abs(given))) > FARTHEST_M:
+        if float(np.max(np.abs(given))) > array_input.FARTHEST_M:
             raise BadInput(f"joints: q is {given.tolist()}, but radians are wanted, or metres of what slides. Divide mm by 1000.")
         state = self._differences.state(t_ns, given)
         if dq is not None or ddq is not None:
@@ -78,7 +83,7 @@ class Odometry:
         BadInput for an element that the sensor has not, and for times that decrease.
         """
         if (ppm is None) == (raw is None):
-            raise BadInput(f"reading was given {'neither' if ppm is None else 'both'} ppm and raw, but it takes one of them.")
+            raise BadInput(f"reading was given {'neither ppm nor raw' if ppm is None else 'both ppm and raw'}, but it takes one of them.")
         nose = self.setup.nose
         check_element(element, nose)
         value = array_input.number("reading: ppm" if raw is None else "reading: raw", ppm if raw is None else raw)

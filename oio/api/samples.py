@@ -14,7 +14,6 @@ from oio.core.records import Array, GasReading, GasSample, nanoseconds
 from oio.tabular.positions import LOST, lost_places
 
 SCALE_END, NO_VALUE = "at the upper end of the sensor's scale or beyond", "the sensor's sign for no measurement (sensor.no_value)"
-FARTHEST_M = 99.0  # of a nose from the origin of its frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +35,8 @@ class Readings:
         t_s = array_input.times("Readings.t_s", self.t_s, equal=True)
         n = len(t_s)
         if (self.ppm is None) == (self.raw is None):
-            raise BadInput(
-                f"Readings was given {'neither' if self.ppm is None else 'both'} ppm and raw, but it takes one of them, of shape ({n},)."
-            )
+            given = "neither ppm nor raw" if self.ppm is None else "both ppm and raw"
+            raise BadInput(f"Readings was given {given}, but it takes one of them, of shape ({n},).")
         for name in ("ppm", "raw", "sigma_ppm"):
             value = getattr(self, name)
             if value is not None:
@@ -137,8 +135,10 @@ class NosePath(JointPath):
     def __init__(self, t_s: ArrayLike, p_m: ArrayLike) -> None:
         super().__init__(t_s, p_m)
         farthest_m = float(np.max(np.abs(np.asarray(self.q))))
-        if farthest_m > FARTHEST_M:
-            raise BadInput(f"NosePath.p_m has values up to {farthest_m:g}, but m are wanted, {FARTHEST_M:g} at most. Divide mm by 1000.")
+        if farthest_m > array_input.FARTHEST_M:
+            raise BadInput(
+                f"NosePath.p_m has values up to {farthest_m:g}, but m are wanted, {array_input.FARTHEST_M:g} at most. Divide mm by 1000."
+            )
         if np.any(lost := lost_places(np.asarray(self.t_s), np.asarray(self.q))):
             at_s = float(np.asarray(self.t_s)[lost][0])
             raise BadInput(

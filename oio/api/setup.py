@@ -17,6 +17,7 @@ from oio.core.interfaces import Sensor
 from oio.core.shipped_code import use_shipped
 from oio.kinematics.arm import Arm
 
+WITHOUT_ARM = "gantry"  # three axes that slide stand for a nose without an arm
 MARGIN_M = 0.3  # of the box about a nose path, in which its source is looked for
 
 
@@ -98,14 +99,18 @@ class Setup:
 
     def without_arm(self) -> Self:
         """The same sensor and model for a nose whose position is given: three axes that slide."""
-        if self.arm == "gantry":
+        if self.arm == WITHOUT_ARM:
             return self
         kept = {key: value for key, value in self.overrides.items() if key.split(".")[0] not in ("arm", "dof")}
-        return replace(self, arm="gantry", dof=3, overrides=kept)
+        return replace(self, arm=WITHOUT_ARM, dof=3, overrides=kept)
 
     def boxed(self, box_m: ArrayLike) -> Arm:
         """The arm with another box: its lower and upper corner (2, 3) [m], between which the source is."""
         low, high = array_input.matrix("box_m", box_m, 2, 3)
+        if np.max(np.abs((low, high))) > array_input.FARTHEST_M:
+            raise BadInput(
+                f"box_m is from {low.tolist()} to {high.tolist()}, but m are wanted, {array_input.FARTHEST_M:g} at most. Divide mm by 1000."
+            )
         if not np.all(low < high):
             raise BadInput(
                 f"box_m is from {low.tolist()} to {high.tolist()} m, but it must have a size on every axis. Give (lower, upper)."

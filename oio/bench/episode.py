@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from oio.api.array_input import expected
 from oio.api.setup import Setup, in_one_paragraph
 from oio.bench.trial import experiment
 from oio.cli.experiment import Experiment
@@ -89,6 +90,7 @@ def words_of(
 ) -> tuple[str, ...]:  # fmt: skip
     """Words of the command line, checked: all is built once. Raises BadInput in one paragraph for what is wrong, and for a seed: episodes
     have their own."""
+    expected("overrides", overrides, Mapping, "{'stage.navigate.max_moves': 40}", optional=True)
     own = [key for key in overrides or {} if key in ("seed", "backend", "stage") or key.startswith("seeds.")]
     if own:
         raise BadInput(f"overrides has {own[0]}, but an environment sets it itself. Give seeds to reset, and leave {own[0]} out.")

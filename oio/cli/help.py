@@ -42,7 +42,7 @@ GROUPS = (
 NOTES = {"stage": "[...]  in this order; leave some out", "experiment": "  typed with a plus: +experiment=..."}
 PLAIN = ("dof", "assembly", "seed", "calibration", "source.position", "beacon.position")
 PLAIN_TEXT = {
-    "dof": "1, 2, 3 or 5: rung of the DoF ladder, how many joints move",
+    "dof": "rung of the arm's ladder, how many joints move: of the SO-101 1, 2, 3 or 5",
     "assembly": "gum or paper: how Q and R are made of the uncertainties",
     "seed": "of everything random: truth, turbulence and noise are independent streams of it",
     "calibration": "RUN/calibration.yaml of an earlier run to begin with, and stage=\\[navigate,evaluate]",

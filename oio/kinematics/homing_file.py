@@ -20,10 +20,15 @@ def read_homing(path: str, low: Array, high: Array) -> Homing:
 
 
 def _json(path: str) -> Any:
+    file = Path(path).expanduser()
     try:
-        return json.loads(Path(path).expanduser().read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
         raise _no_homing(path) from None
+    except (OSError, ValueError) as error:
+        raise BadInput(
+            f"arm.homing={path} cannot be read as JSON ({error}). Give a whole homing file, or make one under another name."
+        ) from None
 
 
 def _ours(data: Any, path: str, joints: int) -> Homing:

@@ -39,6 +39,12 @@ def homing_from_lerobot(document: Mapping[str, Mapping[str, Any]], path: str, lo
             )
         name, entry = by_id[joint + 1]
         first, last = (entry.get(key) for key in KEYS[1:])
+        off = entry.get("homing_offset", 0)
+        if type(off) is not int or abs(off) >= COUNTS:
+            raise BadInput(
+                f"arm.homing={path}: {name} has the homing_offset {off}, but it must be a whole number of counts within a turn, "
+                f"-{COUNTS - 1} to {COUNTS - 1}. The file is damaged, or of other servos: calibrate with LeRobot again."
+            )
         if type(first) is not int or type(last) is not int or not 0 <= first < last < COUNTS:
             given = f"arm.homing={path}: {name} has range_min {first} and range_max {last}"
             raise BadInput(

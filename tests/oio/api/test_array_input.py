@@ -7,6 +7,7 @@ import oio
 
 T = np.arange(5.0)
 SETUP = oio.Setup(sensor="ndir", dof=3)
+BOX_M = [[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]
 
 
 @pytest.mark.parametrize(
@@ -14,7 +15,7 @@ SETUP = oio.Setup(sensor="ndir", dof=3)
     [
         (lambda: oio.Readings(T, ppm=np.ones(4)), r"Readings.ppm has the shape \(4,\), but \(5,\) is wanted"),
         (lambda: oio.Readings(T, ppm=np.ones((5, 1))), r"shape \(5, 1\), but \(5,\)"),
-        (lambda: oio.Readings(T), "neither ppm and raw"),
+        (lambda: oio.Readings(T), "neither ppm nor raw"),
         (lambda: oio.Readings(T, ppm=T, raw=T), "both ppm and raw"),
         (lambda: oio.Readings([], ppm=[]), "Readings.t_s is empty"),
         (lambda: oio.Readings(T, ppm=[1, 2, np.nan, 4, 5]), "1 of 5 rows that are no finite numbers, the first is row 2"),
@@ -49,9 +50,14 @@ SETUP = oio.Setup(sensor="ndir", dof=3)
         ),
         (lambda: oio.Odometry("calibration.yaml"), "calibration is a str, but a Calibration is wanted"),
         (lambda: oio.write_calibration(SETUP, "a.yaml"), "calibration is a Setup, but a Calibration is wanted"),
+        (lambda: oio.Odometry(setup=SETUP.without_arm()), "box_m is needed without an arm"),
+        (lambda: SETUP.boxed([[-np.inf, 0, 0], [1, 1, 1]]), "box_m has 1 of 2 rows that are no finite numbers, the first is row 0. Give f"),
+        (lambda: SETUP.boxed([[-500, 0, 0], [500, 100, 100]]), "box_m is from .* but m are wanted, 99 at most. Divide mm by 1000"),
+        (lambda: oio.Readings(T, ppm=T > 2), "ppm holds True and False, but numbers are wanted"),
+        (lambda: oio.NosePath(T, [[0.3] * 3, [0.31] * 3, [0] * 3, [0.31] * 3, [0.3] * 3]), "p_m is 0, 0, 0 in 1 rows, the first at 2 s"),
         (lambda: oio.Setup(overrides=["dof=3"]), "overrides is a list, but a Mapping is wanted"),
         (lambda: oio.Odometry(setup=SETUP).reading(0.0, ppm=[430, 431]), r"reading: ppm is \[430, 431\], but one number"),
-        (lambda: oio.Odometry(setup=SETUP.without_arm()).joints(0.0, [100, 50, 0]), "Divide mm by 1000"),
+        (lambda: oio.Odometry(setup=SETUP.without_arm(), box_m=BOX_M).joints(0.0, [100, 50, 0]), "Divide mm by 1000"),
         (
             lambda: oio.locate(oio.Readings(T, ppm=T), oio.JointPath(T, np.full((5, 3), 30.0)), setup=SETUP),
             "has 30 rad, far beyond the limits",
@@ -93,7 +99,7 @@ def test_one_paragraph_says_what_was_given_and_what_is_wanted(make, said):
         (lambda o: o.joints(0.5, [0, 0, 0]), "must not decrease"),
         (lambda o: o.joints(np.nan, [0, 0, 0]), "no finite numbers"),
         (lambda o: o.reading(0.5, 420.0), "must not decrease"),
-        (lambda o: o.reading(2.0), "neither ppm and raw"),
+        (lambda o: o.reading(2.0), "neither ppm nor raw"),
         (lambda o: o.reading(2.0, 1.0, raw=1.0), "both ppm and raw"),
         (lambda o: o.reading(2.0, 1.0, element=2), "element 2 was given, but sensor 'ndir' has 1"),
         (lambda _: oio.Odometry(), "neither a calibration nor a setup"),
@@ -129,7 +135,7 @@ def test_readings_in_a_hole_of_a_path_are_refused():
 
 
 def test_a_reading_beyond_the_scale_of_the_sensor_is_no_measurement():
-    odometry = oio.Odometry(setup=SETUP.without_arm())
+    odometry = oio.Odometry(setup=SETUP.without_arm(), box_m=BOX_M)
     for i, ppm in enumerate([420.0, 65535.0, 430.0, 440.0]):
         odometry.joints(0.1 * i, [0.01 * i, 0.0, 0.0])
         assert odometry.reading(0.1 * i, ppm) is None
