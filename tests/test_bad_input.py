@@ -65,6 +65,9 @@ REFUSED = [
     (["--cfg=jop"], ["--cfg/-c: invalid choice: 'jop'", "Type KEY=VALUE words, e.g. sensor=ec dof=5"]),
     (["--config-name=mine"], ["--config-name mine was given, but OIO has one configuration."]),
     (["sensor=xx"], "sensor=xx was given, but sensor can be ec, mox_mics, mox_mq, ndir, pa. Type e.g. sensor=ec."),
+    (["sensor=[ec,ndir]"], ["is not a key of its YAML", "choose one, sensor=NAME. Several are a sweep: -m sensor=NAME,NAME"]),
+    (["+bout.window_by_dof={a:3}"], ["bout.window_by_dof"]),
+    (["arm=so101_stereo", "sensor=ndir", "backend.sampling=together"], ["sensor 'ndir' has one element: there is no pair to sample"]),
     (["profile=p"], ["profile=p", "datasheet", "paper"]),
     (["air=x"], ["air=x", "draft", "steady", "still", "ventilated"]),
     (["ekf=x"], ["ekf=x", "ckf, ekf, filterpy"]),
@@ -229,7 +232,7 @@ FILES = [
     (flipped, ["damaged", "python -m oio.recover"]),
     (lambda log, path: path.write_text("hello\n"), ["not an MCAP file"]),
     (lambda log, path: path.write_bytes(b""), ["not an MCAP file"]),
-    (lambda log, path: path.mkdir(), ["no such file"]),
+    (lambda log, path: path.mkdir(), ["it is a folder"]),
     (foreign_mcap, ["not written by OIO"]),
 ]
 

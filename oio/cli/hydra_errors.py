@@ -93,6 +93,9 @@ def _unknown_key(key: str, conf: Path) -> str:
 def _nearest(key: str, conf: Path) -> str:
     """A sentence on the key that was probably meant; empty if none is like it."""
     near = nearest(key, conf)
+    if near == key:
+        group = key.split(".")[0]
+        return f" Another choice of {group} has it: choose one, {group}=NAME. Several are a sweep: -m {group}=NAME,NAME."
     return f" The nearest is '{near}': type {near}=VALUE." if near else ""
 
 

@@ -12,5 +12,8 @@ class CommandParser(argparse.ArgumentParser):
         self.example = example
 
     def error(self, message: str) -> NoReturn:
-        """End the process with what is wrong and what to type."""
+        """End the process with what is wrong and what to type. Words that may be left out are not asked for, though argparse names them."""
+        optional = [str(action.metavar) for action in self._actions if action.nargs in ("*", "?") and not action.option_strings]
+        for name in optional:
+            message = message.replace(f", {name}", "") if message.startswith("the following arguments are required") else message
         self.exit(2, f"oio: {message}. Type e.g. {self.prog} {self.example}; --help says more.\n")

@@ -75,7 +75,13 @@ class BoutRule:
 
 
 def refuse_no_windows(window_by_dof: Mapping[int, int]) -> None:
-    """Raise BadInput for an empty mapping."""
+    """Raise BadInput for an empty mapping, and for a rung that is no number of joints."""
+    strange = [dof for dof in window_by_dof if type(dof) is not int or dof < 1]
+    if strange:
+        raise BadInput(
+            f"bout.window_by_dof has the rung '{strange[0]}', but a rung is a number of joints, 1 or more. Type e.g. "
+            f"'+bout.window_by_dof={{5: 13}}'."
+        )
     if not window_by_dof:
         raise BadInput("bout.window_by_dof is {}, but a window is needed for every rung. Type e.g. '+bout.window_by_dof={5: 13}'.")
 

@@ -45,7 +45,8 @@ def index_is_sound(path: Path) -> bool | None:
 def refuse_foreign(path: Path) -> None:
     """Raise BadInput unless this is a file that begins as an MCAP."""
     if not path.is_file():
-        raise BadInput(f"{path} was given as a log, but there is no such file. {_EXAMPLE}")
+        what = "it is a folder" if path.is_dir() else "there is no such file"
+        raise BadInput(f"{path} was given as a log, but {what}. {_EXAMPLE}")
     with path.open("rb") as file:
         if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
             raise BadInput(f"{path} was given as a log, but it is not an MCAP file. {_EXAMPLE}")

@@ -67,7 +67,7 @@ def load_network(path: Path) -> PolicyNetwork:
         network = PolicyNetwork(
             tuple(arrays[f"weight_{i}"] for i in range(count)), tuple(arrays[f"bias_{i}"] for i in range(count)), arrays["ln_spread"]
         )
-        fits = bool(np.all(np.isfinite(network.mean(np.zeros(FEATURES))))) and network.ln_spread.shape == (ACTION,)
+        fits = network.mean(np.zeros(FEATURES)).shape == network.ln_spread.shape == (ACTION,)
     except (KeyError, IndexError, ValueError):
         fits = False
     if not fits:
@@ -75,4 +75,6 @@ def load_network(path: Path) -> PolicyNetwork:
             f"search.network is {path}, but its layers do not lead from {FEATURES} features to {ACTION} numbers. "
             f"Type python -m oio.gym.train."
         )
+    if not all(np.all(np.isfinite(array)) for array in arrays.values()):
+        raise BadInput(f"search.network is {path}, but it holds numbers that are not finite. Type python -m oio.gym.train.")
     return network

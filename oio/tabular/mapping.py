@@ -1,6 +1,7 @@
 """Mapping of a table: what its columns are. Every key may be null, which means: read it off the file and say so."""
 
 import dataclasses
+import difflib
 import math
 import re
 from typing import Annotated
@@ -101,7 +102,8 @@ def open_mapping(**given: object) -> TableMapping:
     keys = [field.name for field in dataclasses.fields(TableMapping)]
     for key in given:
         if key not in keys:
-            raise BadInput(f"'{key}' is no key of a mapping. It can be {', '.join(keys)}.")
+            near = difflib.get_close_matches(key, keys, 1)
+            raise BadInput(f"'{key}' is no key of a mapping.{f' The nearest is {near[0]}.' if near else ''} It can be {', '.join(keys)}.")
     try:
         return TableMapping(**{**dict.fromkeys(keys), "column_prefix": "", **given})  # type: ignore[arg-type]
     except BadInput as error:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -57,6 +58,7 @@ def test_an_arm_takes_it(built, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
+        ({"elbow_flex": {"homing_offset": 99999}}, "elbow_flex has the homing_offset 99999, but it must be a whole number of counts"),
         ({"elbow_flex": {"range_min": 3600, "range_max": 900}}, "elbow_flex has range_min 3600 and range_max 900, but they must be whole"),
         ({"elbow_flex": {"range_min": -20}}, "range_min -20"),
         ({"elbow_flex": {"range_max": 4096}}, "range_max 4096"),
@@ -70,3 +72,10 @@ def test_what_often_goes_wrong_is_refused(tmp_path, limits, changes, says):
     with pytest.raises(BadInput) as refused:
         read_homing(written(tmp_path, **changes), *limits)
     assert says in str(refused.value)
+
+
+def test_a_file_that_was_cut_is_no_reason_to_write_over_it(tmp_path, limits):
+    path = Path(written(tmp_path))
+    path.write_text(path.read_text()[:100])
+    with pytest.raises(BadInput, match=r"cannot be read as JSON .* make one under another name"):
+        read_homing(str(path), *limits)

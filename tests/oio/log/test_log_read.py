@@ -169,7 +169,7 @@ def refusal(path: Path) -> str:
 def test_no_file(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     assert refusal(path) == f"{path} was given as a log, but there is no such file. {GIVE}"
-    assert refusal(tmp_path) == f"{tmp_path} was given as a log, but there is no such file. {GIVE}"
+    assert refusal(tmp_path) == f"{tmp_path} was given as a log, but it is a folder. {GIVE}"
 
 
 @pytest.mark.parametrize("content", [b"", b"t_s,ppm\n0,5\n"])

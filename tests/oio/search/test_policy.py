@@ -71,6 +71,10 @@ def test_a_network_is_read_as_it_was_written(tmp_path):
 def test_files_that_hold_no_network_are_refused(tmp_path):
     (tmp_path / "text.npz").write_text("no archive", encoding="utf-8")
     np.savez(tmp_path / "other.npz", weight_0=np.zeros((2, 5)), bias_0=np.zeros(2), ln_spread=np.zeros(3))
+    made = PolicyNetwork((np.full((3, FEATURES), np.nan),), (np.zeros(3),), np.zeros(3))
+    made.save(tmp_path / "nan.npz")
+    with pytest.raises(BadInput, match="holds numbers that are not finite"):
+        load_network(tmp_path / "nan.npz")
     np.savez(tmp_path / "pickled.npz", weight_0=np.array([{}], dtype=object))
     for name in ("text.npz", "other.npz", "pickled.npz", "missing.npz"):
         with pytest.raises(BadInput, match=r"search\.network is .*Type python -m oio\.gym\.train"):
