@@ -35,11 +35,6 @@ class Odometry:
         self, calibration: Calibration | None = None, *, setup: Setup | None = None, box_m: ArrayLike | None = None, assembly: str = "gum"
     ) -> None:
         self.setup = chosen_setup(calibration, setup)
-        if box_m is None and self.setup.arm == WITHOUT_ARM:
-            raise BadInput(
-                "box_m is needed without an arm: where the source may be, its lower and upper corner (2, 3) in metres, in the frame of the "
-                "nose's positions, e.g. box_m=[[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]."
-            )
         self._arm = self.setup.robot if box_m is None else self.setup.boxed(box_m)
         prior = prior_of(calibration, self.setup, self._arm, assembly)
         self._filter = odometry.Odometry(self.setup.part("ekf"), prior, self.setup.part("belief_map"))
@@ -49,6 +44,11 @@ class Odometry:
             raise BadInput(
                 f"the calibration says that poses were stamped {-calibration.delay_s:.2f} s late, but joints that are fed as they come "
                 f"cannot be moved earlier. Calibrate with stamps of one clock, or use oio.locate."
+            )
+        if box_m is None and self.setup.arm == WITHOUT_ARM:
+            raise BadInput(
+                "box_m is needed without an arm: where the source may be, its lower and upper corner (2, 3) in metres, in the frame of the "
+                "nose's positions, e.g. box_m=[[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]."
             )
         self._sigma_ppm = float(self.setup.part("nominal").sigma_ppm)
         self.left_out = Counter[str]()  # number of readings that were not used, by reason
