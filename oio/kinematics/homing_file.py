@@ -27,7 +27,8 @@ def _json(path: str) -> Any:
         raise _no_homing(path) from None
     except (OSError, ValueError) as error:
         raise BadInput(
-            f"arm.homing={path} cannot be read as JSON ({error}). Give a whole homing file, or make one under another name."
+            f"arm.homing={path} cannot be read as JSON ({error}). Give a whole homing file, or make one under another name: "
+            f"python -m hardware.home out=homing.json."
         ) from None
 
 
