@@ -24,22 +24,25 @@ def sensible(parts: Sequence[Readings], setup: Setup) -> list[GasReading]:
 
     Raises BadInput if none of a part is a measurement.
     """
-    kept = [reading for part in parts for reading in _measured(part, setup)]
+    kept = list[GasReading]()
+    for part in parts:  # no comprehension, which is a frame of the stack in some versions of Python
+        kept += _measured(part, setup)
     return _without_glitches(kept, setup)
 
 
 def _measured(part: Readings, setup: Setup) -> list[GasReading]:
     check_element(int(np.asarray(part.element).max()), setup.nose)
     reasons = part.no_measurement(setup.nose)
+    if None not in reasons:
+        told = "; ".join(f"{count} are {why}" for why, count in Counter(map(str, reasons)).items())
+        raise BadInput(
+            f"none of the {len(part)} readings from {float(np.asarray(part.t_s)[0]):.1f} s on is a measurement: {told}. Look at the "
+            f"sensor: one that is dead, saturated or not connected answers so."
+        )
     for why, count in Counter(why for why in reasons if why is not None).items():
         first = reasons.index(why)
         value, unit = float(np.asarray(part.raw if part.ppm is None else part.ppm)[first]), "raw" if part.ppm is None else "ppm"
         at_s = float(np.asarray(part.t_s)[first])
-        if count == len(part):
-            raise BadInput(
-                f"all {count} readings from {at_s:.1f} s on are {value:g} {unit}, {why}: there is no measurement among them. Look at the "
-                f"sensor; one that is dead answers so."
-            )
         what, it = (f"{count} readings are", "the first") if count > 1 else ("one reading is", "it is")
         warnings.warn(f"{what} left out: {value:g} {unit}, {why}; {it} at {at_s:.1f} s", LeftOut, stacklevel=LEVEL)
     return part.records(setup.nose, setup.part("nominal").sigma_ppm)

@@ -33,6 +33,7 @@ from oio.results.summary import Reproducible, summary, to_json
 from oio.results.verdict import judge
 from oio.runtime.arm_display import setup_of
 from oio.runtime.checkpoint import Checkpoint, Keep, resumable
+from oio.runtime.guarded_world import made_of
 from oio.runtime.runner import check_order, run_stages
 
 
@@ -167,5 +168,4 @@ def _keep_baseline(world: World, told: Mapping[str, Any], results: Mapping[type,
     base = results.get(BaselineResult)
     if isinstance(base, BaselineResult) and Calibration not in results:
         held = {"sensor": told["sensor"], "serial": told["sensor_serial"], "profile": told["profile"], "air": told["air"]}
-        made: dict[str, object] = {"started": getattr(world, "began_utc", None), "devices": dict(devices_of(world))}
-        write_whole(path, baseline_yaml(base, verdict, held, made))
+        write_whole(path, baseline_yaml(base, verdict, held, made_of(world)))

@@ -20,12 +20,12 @@ def input_files(cfg: DictConfig) -> dict[str, str]:
     """Return the files that a configuration names, with the hash of their bytes: logs, recordings and air, as they are or below OIO_DATA,
     and the code of other packages that it builds from (`_target_`)."""
     code = {file for package in _packages(cfg) for file in _code(package)}
-    return {str(file): hash_of(file) for file in (*sorted(code), *(file for _, files in _named(cfg) for file in files))}
+    return {str(file): hash_of(file) for file in (*sorted(code), *(file for _, _, files in _named(cfg) for file in files))}
 
 
 def inputs_in_words(config: Mapping[str, object]) -> dict[str, str]:
     """Return what a configuration names of files, as it was typed, with size and SHA-256: `sha256sum` tells the same of one file."""
-    return {typed: _in_words(files) for typed, files in _named(config)}
+    return {typed: _in_words(path, files) for typed, path, files in _named(config)}
 
 
 def hash_of(path: Path) -> str:
@@ -33,22 +33,22 @@ def hash_of(path: Path) -> str:
     return _sha256(path)[:DIGITS]
 
 
-def _in_words(files: Sequence[Path]) -> str:
-    if len(files) == 1:
+def _in_words(path: Path, files: Sequence[Path]) -> str:
+    if path in files:
         return f"{files[0].stat().st_size} bytes, SHA-256 {_sha256(files[0])}"
-    listed = "".join(f"{_sha256(file)}  {file.name}\n" for file in files)
+    listed = "".join(f"{_sha256(file)}  {file.relative_to(path)}\n" for file in files)
     return f"{len(files)} files, SHA-256 of their list {hashlib.sha256(listed.encode()).hexdigest()}"
 
 
-def _named(cfg: object) -> Iterator[tuple[str, list[Path]]]:
-    """Yield every text that names a file or a folder outside of the project's own models, and the files."""
+def _named(cfg: object) -> Iterator[tuple[str, Path, list[Path]]]:
+    """Yield every text that names a file or a folder outside of the project's own models, its path, and the files."""
     data = Path(os.environ.get("OIO_DATA", "data"))
     for key, text in sorted(set(_entries(cfg))):
         is_file = key in FILE_KEYS or "." in text or "/" in text  # elsewhere a plain word is a choice
         named = [Path(text).expanduser()] if is_file and text else []
         for path in (*named, data / text) if 0 < len(text) < 1024 else ():
             if files := [file for file in _files(path) if not file.resolve().is_relative_to(ROOT / "hardware")]:
-                yield text, files
+                yield text, path, files
 
 
 def _packages(cfg: DictConfig) -> set[str]:

@@ -27,6 +27,7 @@ ROS2 = "ROS 2 messages need the package mcap-ros2-support. Type pip install 'oio
 Decode = Callable[[bytes], Any]
 DAMAGE = (McapError, struct.error, ValueError, EOFError, KeyError, RecursionError)
 NOT_DECODED = (
+    McapError,
     ValueError,
     TypeError,
     KeyError,

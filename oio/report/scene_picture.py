@@ -13,13 +13,14 @@ from oio.report.scene_shapes import HIDDEN, Trace
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+MARGIN_MM = 5.0
 ELEVATION_DEG, AZIMUTH_DEG = 22.0, -60.0
 SYMBOLS = {"circle": "o", "circle-open": "o", "diamond": "D", "square": "s", "x": "X"}  # plotly's names, matplotlib's letters
 
 
 def scene_drawing(drawn: list[Trace]) -> Drawing:
     """Return the drawing of a scene: what the page shows before anything is clicked."""
-    shown = [trace for trace in drawn if trace.get("visible", True) is not HIDDEN]
+    shown = [trace for trace in drawn if trace.get("visible", True) != HIDDEN]
     return Drawing("scene", (WIDE_IN, 5.8), CAPTIONS["scene"], lambda figure: _draw(figure, shown))
 
 
@@ -29,7 +30,7 @@ def _draw(figure: "Figure", traces: list[Trace]) -> None:
     for order, trace in enumerate(traces):
         (_mesh if trace["type"] == "mesh3d" else _points)(axes, trace, order)
     points = np.concatenate([_xyz(trace) for trace in traces if len(_xyz(trace))])
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = points.min(axis=0) - MARGIN_MM, points.max(axis=0) + MARGIN_MM  # flat scenes have a depth, too
     for limits, from_mm, to_mm in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), low, high, strict=True):
         limits(from_mm, to_mm)
     axes.set_box_aspect(high - low)

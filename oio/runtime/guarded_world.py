@@ -105,8 +105,8 @@ class GuardedWorld:
 
     @property
     def made(self) -> dict[str, object]:
-        """When the world began (UTC; None of a simulation, which has no date), and what its devices said of themselves."""
-        return {"started": getattr(self._world, "began_utc", None), "devices": dict(getattr(self._world, "identities", {}))}
+        """When and on which devices: see `made_of`."""
+        return made_of(self._world)
 
     @property
     def gas(self) -> GasStream:
@@ -135,6 +135,11 @@ class GuardedWorld:
     def goal(self) -> Array:
         """The joints (n,) rad of the last command."""
         return self._goal
+
+
+def made_of(world: World) -> dict[str, object]:
+    """When a world began (UTC; None of a simulation, which has no date), and what its devices said of themselves."""
+    return {"started": getattr(world, "began_utc", None), "devices": dict(getattr(world, "identities", {}))}
 
 
 def move_text(goal: Array, over_s: float) -> str:

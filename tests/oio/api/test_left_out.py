@@ -28,6 +28,7 @@ def located(ppm, kept=slice(None)):
         warnings.simplefilter("always", oio.LeftOut)
         readings = oio.Readings(T_S[kept], ppm=ppm[kept])
         found = oio.locate(readings, oio.NosePath(T_S, PLACES_M), setup=SETUP, box_m=BOX_M)
+    assert all(one.filename == __file__ for one in said)  # it points at who called, as a warning should
     return found.mean_m, [str(one.message) for one in said if one.category is oio.LeftOut]
 
 
@@ -44,8 +45,11 @@ def test_what_is_no_measurement_does_not_move_the_source(value, why):
 
 
 def test_nothing_but_no_measurement_is_refused():
-    with pytest.raises(oio.BadInput, match=r"all 300 readings from 0\.0 s on are 0 ppm.*one that is dead"):
+    said = r"none of the 300 readings from 0\.0 s on is a measurement: 300 are the sensor's sign.*one that is dead"
+    with pytest.raises(oio.BadInput, match=said):
         located(np.zeros(len(T_S)))
+    with pytest.raises(oio.BadInput, match=r"150 are the sensor's sign .*; 150 are at the upper end of the sensor's scale"):
+        located(np.repeat([0.0, 65535.0], 150))
 
 
 def fed(ppm, kept):

@@ -23,6 +23,10 @@ def test_a_folder_has_one_hash_that_changes_with_any_byte_or_name(tmp_path):
     (folder / "b").write_text("33")
     second = inputs_in_words(config)
     (folder / "b").rename(folder / "c")
+    (folder / "sub").mkdir()
+    third = inputs_in_words(config)
+    (folder / "c").rename(folder / "sub" / "c")
+    assert inputs_in_words(config) != third
     assert len({first[str(folder)], second[str(folder)], inputs_in_words(config)[str(folder)]}) == 3
 
 
