@@ -33,7 +33,7 @@ def _draw(figure: "Figure", traces: list[Trace]) -> None:
     low, high = points.min(axis=0) - MARGIN_MM, points.max(axis=0) + MARGIN_MM  # flat scenes have a depth, too
     for limits, from_mm, to_mm in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), low, high, strict=True):
         limits(from_mm, to_mm)
-    axes.set_box_aspect(high - low)
+    axes.set_box_aspect(high - low, zoom=0.85)  # room for the names of the axes, which the layout does not reckon with
     axes.locator_params(nbins=5)
     axes.set_xlabel("x, forward (mm)")
     axes.set_ylabel("y, to the left (mm)", labelpad=12.0)
